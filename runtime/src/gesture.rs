@@ -311,6 +311,30 @@ mod tests {
     }
 
     #[test]
+    fn ports_go_round_within_what_they_sense() {
+        use whippen_compiler::check::Options;
+        use whippen_compiler::front::compile_front;
+        let text = "instrument i { sense x: length in -100 mm .. 50 mm sense p: pressure in 10 Pa .. 20 Pa }";
+        let mut map = whippen_compiler::source::SourceMap::default();
+        map.add("test.whip", text);
+        let (program, _) = compile_front(&mut map, &Options::default());
+        let gestures = bundled_ports(&program.expect("it is correct").instruments[0]);
+        let all: Vec<Vec<f64>> = gestures.iter().map(|g| g.positions(RATE_HZ)).collect();
+        assert!(all[0].len() == all[1].len() && gestures[0].duration_s() < 6.0);
+        let ends = |x: &[f64]| {
+            let low = x.iter().copied().fold(f64::INFINITY, f64::min);
+            (low, x.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+        };
+        let near =
+            |(a, b): (f64, f64), (c, d): (f64, f64)| (a - c).abs() < 1e-9 && (b - d).abs() < 1e-9;
+        assert!(near(ends(&all[0]), (-0.08, 0.04)));
+        assert!(
+            near(ends(&all[1]), (10.0, 18.0)),
+            "it begins where it rests"
+        );
+    }
+
+    #[test]
     fn a_stroke_goes_where_it_says_when_it_says() {
         let x = Gesture::new()
             .stroke(0.1, 0.2, 0.3, 0.1, 0.010)

@@ -30,14 +30,13 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::units::Dim;
-
 use crate::files::FileError;
 use calibration::Calibration;
 pub use resample::Resampled;
 use resample::resampled_len;
 
 use crate::trajectory::Trajectory;
+pub use titled::WantedPort;
 use uniform::Uniform;
 
 /// The most ticks a motion may last: about seven hours at 44.1 kHz.
@@ -165,14 +164,14 @@ pub struct PortMotion {
     pub notes: Vec<String>,
 }
 
-/// Reads the motion of several ports, given by their names and dimensions, from a table such as
-/// `t_s,x_mm,y_mm` and brings it to the tick rate.
+/// Reads the motion of several ports from a table such as `t_s,x_mm,y_mm` and brings it to the tick
+/// rate.
 ///
 /// # Errors
 /// As [`load`]; ports without a column are named.
 pub fn load_ports(
     path: &Path,
-    ports: &[(&str, Dim)],
+    ports: &[WantedPort],
     lowpass_hz: Option<f64>,
     tick_rate_hz: u32,
 ) -> Result<PortMotion, FileError> {

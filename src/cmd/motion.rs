@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueHint;
-use whippen_compiler::model::{Model, Moves};
+use whippen_compiler::model::Model;
 use whippen_compiler::units::{Dim, parse_quantity, shown};
 use whippen_runtime::gesture;
 use whippen_runtime::motion::{self, Layout, MotionOptions, Stops};
@@ -102,7 +102,7 @@ impl MotionArgs {
                            such as `--rest 0.88mm --full 12.7mm`";
             return Err(Failure::Usage(message.to_string()));
         }
-        if has_ports(model) {
+        if !model.is_of_key() {
             return self.load_ports(model);
         }
         let (tick_rate_hz, turns) = (model.rate_hz, model.turns());
@@ -169,9 +169,9 @@ impl MotionArgs {
         let Some(path) = &self.motion else {
             return Ok(MotionArgs::bundled(model, None));
         };
-        let ports: Vec<(&str, Dim)> = names
-            .into_iter()
-            .zip(model.senses.iter().map(|sense| sense.dim))
+        let senses = model.senses.iter();
+        let ports: Vec<motion::WantedPort> = senses
+            .map(|sense| (sense.name.as_str(), sense.dim, sense.moves))
             .collect();
         let motion = motion::load_ports(path, &ports, self.lowpass, model.rate_hz)
             .map_err(|e| Failure::Usage(e.to_string()))?;
@@ -196,7 +196,7 @@ impl MotionArgs {
 
     /// The bundled gesture, as far (m or rad) as is wanted.
     pub fn bundled(model: &Model, travel: Option<f64>) -> Positions {
-        if has_ports(model) {
+        if !model.is_of_key() {
             let place = |gesture| Trajectory::of_gesture(gesture, model.rate_hz);
             let gestures = gesture::bundled_ports(model);
             return Positions {
@@ -234,11 +234,6 @@ impl MotionArgs {
             },
         }
     }
-}
-
-/// Whether its ports are more, or other ones, than that of a key.
-fn has_ports(model: &Model) -> bool {
-    model.senses.len() > 1 || model.senses.iter().any(|sense| sense.moves == Moves::Not)
 }
 
 /// How far a gesture goes: a length (m) or an angle (rad), above zero.

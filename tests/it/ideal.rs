@@ -17,7 +17,7 @@ fn against_ideal(compiled: &Compiled, positions_m: &[f64]) -> Comparison {
         compiled,
         &Device::of(&compiled.model),
         EngineKind::Jit,
-        &positions_m.to_vec().into(),
+        &[positions_m.to_vec().into()],
         |_| (),
     )
     .unwrap_or_else(|e| panic!("{e}"))

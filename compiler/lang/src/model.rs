@@ -393,14 +393,25 @@ impl Model {
         sense.is_some_and(|sense| sense.moves == Moves::Turns)
     }
 
+    /// Whether a key has its ports: one at most, which slides or turns.
+    pub fn is_of_key(&self) -> bool {
+        match &self.senses[..] {
+            [] => true,
+            [only] => only.moves != Moves::Not,
+            _ => false,
+        }
+    }
+
     /// The ports that are driven (indices of the senses), by rising number: those on which a force
-    /// acts. Without any force it is the first, with a drive that gives 0, if that moves at all.
+    /// acts. A key without any force has a drive, too, which gives 0.
     pub fn drives(&self) -> Vec<usize> {
         let is_driven = |port: &usize| self.forces.iter().any(|force| force.port == *port);
         if self.forces.is_empty() {
-            let first = self.senses.first();
-            let moves = first.is_none_or(|sense| sense.moves != Moves::Not);
-            return if moves { vec![0] } else { Vec::new() };
+            return if self.is_of_key() {
+                vec![0]
+            } else {
+                Vec::new()
+            };
         }
         (0..self.senses.len().max(1)).filter(is_driven).collect()
     }

@@ -438,6 +438,66 @@ stop_damping = "20 N*s/m"
         }
     }
 
+    const PORTS: &str = r#"
+name = "test"
+[port.x.sensor]
+bits = "16 bit"
+low = "-10 mm"
+high = "10 mm"
+rate = "1 kHz"
+step = "0.1 mm"
+delay = "1 sample"
+[port.x.drive]
+bits = "16 bit"
+full_scale = "3.3 N"
+delay = "1 sample"
+[port.push.sensor]
+bits = "16 bit"
+low = "0 N"
+high = "20 N"
+delay = "1 sample"
+"#;
+
+    #[test]
+    fn ports_measure_anything_and_are_driven_where_they_move() {
+        let device = read(Path::new("test.toml"), PORTS).unwrap();
+        let [x, push] = &device.ports[..] else {
+            panic!("{device:?}")
+        };
+        assert_eq!(
+            (x.name.as_str(), x.moves, x.dim),
+            ("x", Moves::Slides, Dim::LENGTH)
+        );
+        assert_eq!(x.drive.map(|drive| drive.full_scale), Some(3.3));
+        assert_eq!(
+            (x.sensor.update_hz, x.sensor.step),
+            (Some(1000.0), Some(1e-4))
+        );
+        assert_eq!(
+            (push.dim, push.moves, push.drive),
+            (Dim::FORCE, Moves::Not, None)
+        );
+        // A step is told at its middle.
+        assert_eq!(x.word(0.04e-3), x.word(0.0));
+        assert_eq!(x.word(0.06e-3), x.word(0.1e-3));
+        let changed = |from: &str, to: &str| {
+            assert!(PORTS.contains(from), "{from}");
+            let read = read(Path::new("test.toml"), &PORTS.replace(from, to));
+            read.unwrap_err().to_string()
+        };
+        let messages = [
+            changed("[port.x.sensor]", "[port.x.sensors]"),
+            changed("\"1 kHz\"", "\"0 Hz\""),
+            changed("\"0.1 mm\"", "\"0.1 N\""),
+            changed("\"3.3 N\"", "\"3.3 N*m\""),
+            changed("\"20 N\"", "\"-20 N\""),
+            changed("[port.x.drive]", "[port.push.drive]"),
+            changed("[port.x.drive]", "[drive]"),
+            changed("[port.push.sensor]", "[port.push]"),
+        ];
+        insta::assert_snapshot!(messages.join("\n"));
+    }
+
     #[test]
     fn mistakes_are_named_with_their_place() {
         let messages = [

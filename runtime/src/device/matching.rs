@@ -13,8 +13,7 @@ impl Device {
     /// for a single sense, the bundled one with ports of its senses' names for others, and if there
     /// is none, one that is made as the instrument senses.
     pub fn of(model: &Model) -> Device {
-        let is_key = |sense: &Sense| sense.moves != Moves::Not;
-        if model.senses.len() <= 1 && model.senses.iter().all(is_key) {
+        if model.is_of_key() {
             let name = if model.turns() { "knob" } else { "mikey" };
             return Device::bundled(name).expect("both are bundled");
         }
@@ -171,5 +170,89 @@ impl Device {
             ));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use whippen_compiler::check::Options;
+    use whippen_compiler::front::compile_front;
+    use whippen_compiler::source::SourceMap;
+
+    fn model(body: &str) -> Model {
+        let mut map = SourceMap::default();
+        map.add("test.whip", format!("instrument i {{ {body} }}"));
+        let (program, diagnostics) = compile_front(&mut map, &Options::default());
+        let program = program.unwrap_or_else(|| panic!("{diagnostics:?}"));
+        program.instruments.into_iter().next().expect("one")
+    }
+
+    #[test]
+    fn every_bundled_device_reads() {
+        let ports = |device: Device| {
+            let names: Vec<String> = device.ports.iter().map(|port| port.name.clone()).collect();
+            format!("{}: {}", device.name, names.join(" "))
+        };
+        let all: Vec<String> = Device::all_bundled().map(ports).collect();
+        assert_eq!(
+            all,
+            [
+                "mikey: ",
+                "knob: ",
+                "touch: x y z tilt",
+                "pad: across height push",
+                "mouse: across height"
+            ]
+        );
+    }
+
+    #[test]
+    fn the_device_that_has_the_ports_is_taken() {
+        let taken = |body: &str| Device::of(&model(body)).name;
+        let x = "sense x: length in 0 mm .. 10 mm";
+        assert_eq!(taken(x), "mikey");
+        assert_eq!(taken("sense x: angle in 0 deg .. 10 deg"), "knob");
+        let tilt = "sense tilt: angle in 0 deg .. 10 deg";
+        assert_eq!(taken(&format!("{x} {tilt} force f on x = 1 N")), "touch");
+        assert_eq!(
+            taken(&format!("{x} {tilt} torque f on tilt = 1 N*m")),
+            "assumed",
+            "the arm does not push there"
+        );
+        assert_eq!(taken("sense push: force in 0 N .. 1 N"), "pad");
+        assert_eq!(taken("sense across: number in 0 .. 1"), "mouse");
+        assert_eq!(
+            taken(&format!("{x} sense w: length in 0 m .. 1 m")),
+            "assumed"
+        );
+    }
+
+    #[test]
+    fn what_does_not_fit_is_said() {
+        let refused = |device: &str, body: &str| {
+            let device = Device::bundled(device).expect("it is bundled");
+            device.fits(&model(body)).expect_err("it does not fit")
+        };
+        let xy = "sense x: length in 0 mm .. 1 mm sense y: length in 0 mm .. 1 mm";
+        let messages = [
+            refused("mikey", xy),
+            refused("mikey", "sense p: pressure in 0 Pa .. 1 Pa"),
+            refused("touch", "sense w: length in 0 mm .. 1 mm"),
+            refused("touch", "sense x: angle in 0 deg .. 1 deg"),
+            refused("mouse", "sense across: angle in 0 deg .. 1 deg"),
+            refused("pad", "sense across: length in 0 mm .. 1 mm force f = 1 N"),
+        ];
+        assert_eq!(
+            messages,
+            [
+                "the device `mikey` has one port, but `i` senses `x`, `y`",
+                "the device `mikey` measures lengths, but `i` senses a value in Pa",
+                "the device `touch` has no port `w`, which `i` senses; its ports are `x`, `y`, `z`, `tilt`",
+                "the port `x` of the device `touch` measures lengths, but `i` senses an angle",
+                "the port `across` of the device `mouse` measures plain numbers, but `i` senses an angle",
+                "the port `across` of the device `pad` has no drive, but a force of `i` acts on it",
+            ]
+        );
     }
 }

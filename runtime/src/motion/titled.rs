@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use whippen_compiler::model::Moves;
 use whippen_compiler::units::{Dim, Unit};
 
 use super::table::Rows;
@@ -62,11 +63,14 @@ pub struct Table {
     pub grids: Vec<Uniform>,
 }
 
-/// Reads the columns of time and of ports, by their names and dimensions.
+/// What a port needs a column for: its name, its dimension, and how it moves.
+pub type WantedPort<'a> = (&'a str, Dim, Moves);
+
+/// Reads the columns of time and of ports.
 ///
 /// # Errors
 /// As [`read`]; ports without a column are named.
-pub fn read_ports(path: &Path, ports: &[(&str, Dim)], limit: usize) -> Result<Table, FileError> {
+pub fn read_ports(path: &Path, ports: &[WantedPort], limit: usize) -> Result<Table, FileError> {
     read_columns(path, |titles| find_ports(titles, ports), limit)
 }
 
@@ -110,28 +114,32 @@ fn read_columns(
 }
 
 /// The column of each port: that of its name with a unit of its dimension; a plain number has none.
-fn find_ports(titles: &[String], ports: &[(&str, Dim)]) -> Result<Vec<(usize, Unit)>, String> {
-    let one = |(name, dim): &(&str, Dim)| {
+fn find_ports(titles: &[String], ports: &[WantedPort]) -> Result<Vec<(usize, Unit)>, String> {
+    let one = |(name, dim, moves): &WantedPort| {
+        let is_bare = dim.is_number() && *moves == Moves::Not;
         let fits = |title: &String| match split_title(title) {
             (found, Some(unit)) => (found == *name && unit.dim == *dim).then_some(unit),
-            (found, None) => (found == *name && dim.is_number()).then_some(Unit::ONE),
+            (found, None) => (found == *name && is_bare).then_some(Unit::ONE),
         };
         let mut all = titles.iter().enumerate();
         all.find_map(|(at, title)| Some((at, fits(title)?)))
     };
     let missing: Vec<String> = (ports.iter().filter(|port| one(port).is_none()))
-        .map(|(name, dim)| format!("`{}`", join_title(name, &dim.suffix())))
+        .map(|(name, dim, moves)| match moves {
+            Moves::Turns => format!("`{name}_rad`"),
+            _ => format!("`{}`", join_title(name, &dim.suffix())),
+        })
         .collect();
     if missing.is_empty() {
         return Ok(ports.iter().filter_map(one).collect());
     }
-    let columns = if missing.len() == 1 {
-        "column"
+    let there_is = if missing.len() == 1 {
+        "there is no column"
     } else {
-        "columns"
+        "there are no columns"
     };
     Err(format!(
-        "each port needs a column with its name and unit, and there is no {columns} {}; \
+        "each port needs a column with its name and unit, and {there_is} {}; \
          the titles here are `{}`",
         missing.join(", "),
         titles.join("`, `")

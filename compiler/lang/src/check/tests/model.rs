@@ -91,7 +91,9 @@ fn forces_act_on_their_ports() {
     );
     let one = format!("{senses} torque t on tilt = 1 N*m");
     assert_eq!(driven(&one), (vec!["t".into()], vec![1]), "no other port");
-    assert_eq!(driven(senses), (vec![], vec![0]), "it could be driven");
+    assert_eq!(driven(senses), (vec![], vec![]));
+    let key = "sense x: length in 0 mm .. 10 mm";
+    assert_eq!(driven(key), (vec![], vec![0]), "a key has a drive");
     let none = "sense p: pressure in 0 Pa .. 1 kPa";
     assert_eq!(driven(none), (vec![], vec![]));
     let below = "force f on y = 1 N sense x: length in 0 m .. 1 m sense y: length in 0 m .. 1 m";
