@@ -19,6 +19,7 @@ mod file;
 mod matching;
 mod mechanics;
 mod port;
+mod port_file;
 
 use std::path::Path;
 

@@ -141,8 +141,8 @@ impl<'c> Engine<'c> {
         }
     }
 
-    /// One tick of all keys: sensor words in, drive words out, key after key, and for each key in the
-    /// order of its ports.
+    /// One tick of all keys: sensor words in, drive words out, key after key, and for each key in
+    /// the order of its ports.
     pub fn tick(&mut self, words: &[u16], drive: &mut [i16]) {
         match self {
             Engine::Jit(_, code) => code.tick(words, drive),

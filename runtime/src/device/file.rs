@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use whippen_compiler::model::Moves;
 use whippen_compiler::units::{Dim, Quantity, parse_quantity, parse_unit};
 
-use super::{Device, Drive, Heat, Mechanics, Motor, Port, Sensor};
+use super::port_file::{port, port_names, several};
+use super::{Device, Heat, Mechanics, Motor};
 use crate::entries::{Entries, Known};
 use crate::files::FileError;
 
@@ -49,9 +49,6 @@ const KEYS: &[Known] = &[
     ("passivity.energy", "20 mJ"),
 ];
 
-/// Parts of a device with a single port alone.
-const OF_ONE: &[&str] = &["sensor.", "drive.", "mechanics.", "motor.", "passivity."];
-
 /// Reads the text of a device file.
 pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     let entries = Entries::parse(path, text, KEYS)?;
@@ -81,125 +78,6 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
         mechanics,
         passivity_j,
     })
-}
-
-/// The names behind `port.`, each once, in the order of the file.
-fn port_names(entries: &Entries) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for (key, _) in entries.all() {
-        let name = key
-            .strip_prefix("port.")
-            .and_then(|rest| rest.split('.').next());
-        if let Some(name) = name.filter(|name| names.iter().all(|known| known != name)) {
-            names.push(name.to_string());
-        }
-    }
-    names
-}
-
-/// A device with named ports.
-fn several(entries: &Entries, name: String, names: &[String]) -> Result<Device, FileError> {
-    let of_one = |key: &str| OF_ONE.iter().any(|part| key.starts_with(part));
-    if let Some((key, _)) = entries.all().find(|(key, _)| of_one(key)) {
-        return Err(entries.error(
-            key,
-            "belongs to a device with a single port, without `port`",
-        ));
-    }
-    let all = names
-        .iter()
-        .map(|port_name| port(entries, &format!("port.{port_name}."), port_name));
-    Ok(Device {
-        name,
-        ports: all.collect::<Result<_, _>>()?,
-        motor: None,
-        mechanics: None,
-        passivity_j: None,
-    })
-}
-
-/// The port whose keys begin with a prefix. What it measures says how it moves, and so what drives
-/// it.
-fn port(entries: &Entries, prefix: &str, name: &str) -> Result<Port, FileError> {
-    let key = |key: &str| format!("{prefix}{key}");
-    entries.word(&key("sensor.bits"))?;
-    let low = key("sensor.low");
-    let (dim, moves) = match entries.kind(&low) {
-        _ if entries.is_angle(&low) => (Dim::NUMBER, Moves::Turns),
-        Some(dim) if dim != Dim::LENGTH && !name.is_empty() => (dim, Moves::Not),
-        _ => (Dim::LENGTH, Moves::Slides),
-    };
-    let sensor = sensor(entries, prefix, dim)?;
-    let has_drive = name.is_empty()
-        || entries
-            .all()
-            .any(|(found, _)| found.starts_with(&key("drive.")));
-    let drive = has_drive
-        .then(|| drive(entries, prefix, moves))
-        .transpose()?;
-    Ok(Port {
-        name: name.to_string(),
-        dim,
-        moves,
-        sensor,
-        drive,
-    })
-}
-
-fn sensor(entries: &Entries, prefix: &str, dim: Dim) -> Result<Sensor, FileError> {
-    let key = |key: &str| format!("{prefix}sensor.{key}");
-    let positive = |key: String, dim: Dim| {
-        let found = entries.find(&key).map(|_| entries.quantity(&key, dim));
-        match found.transpose()? {
-            Some(value) if value <= 0.0 => Err(entries.error(&key, "must be greater than zero")),
-            found => Ok(found),
-        }
-    };
-    let sensor = Sensor {
-        low: entries.quantity(&key("low"), dim)?,
-        high: entries.quantity(&key("high"), dim)?,
-        delay_samples: entries.samples(&key("delay"))?,
-        update_hz: positive(key("rate"), Dim::PER_TIME)?,
-        step: positive(key("step"), dim)?,
-    };
-    if sensor.low >= sensor.high {
-        let why = format!("must lie above `{}`", key("low"));
-        return Err(entries.error(&key("high"), &why));
-    }
-    Ok(sensor)
-}
-
-fn drive(entries: &Entries, prefix: &str, moves: Moves) -> Result<Drive, FileError> {
-    let key = |key: &str| format!("{prefix}drive.{key}");
-    let force = match moves {
-        Moves::Slides => Dim::FORCE,
-        Moves::Turns => Dim::TORQUE,
-        Moves::Not => {
-            let found = entries.all().find(|(found, _)| found.starts_with(&key("")));
-            let found = found.map_or("", |(found, _)| found);
-            return Err(entries.error(
-                found,
-                "drives what does not move: forces act on lengths, torques on angles",
-            ));
-        }
-    };
-    entries.word(&key("bits"))?;
-    let bandwidth = key("bandwidth");
-    let drive = Drive {
-        full_scale: entries.quantity(&key("full_scale"), force)?,
-        delay_samples: entries.samples(&key("delay"))?,
-        bandwidth_hz: entries
-            .find(&bandwidth)
-            .map(|_| entries.quantity(&bandwidth, Dim::PER_TIME))
-            .transpose()?,
-    };
-    if drive.bandwidth_hz.is_some_and(|hz| hz <= 0.0) {
-        return Err(entries.error(&bandwidth, "must be greater than zero"));
-    }
-    if drive.full_scale <= 0.0 {
-        return Err(entries.error(&key("full_scale"), "must be greater than zero"));
-    }
-    Ok(drive)
 }
 
 fn motor(entries: &Entries) -> Result<Motor, FileError> {
@@ -232,13 +110,13 @@ fn motor(entries: &Entries) -> Result<Motor, FileError> {
 
 impl Entries<'_> {
     /// Whether a value is written as an angle.
-    fn is_angle(&self, key: &str) -> bool {
+    pub(super) fn is_angle(&self, key: &str) -> bool {
         let unit = self.find(key).and_then(|text| text.trim().rsplit_once(' '));
         unit.is_some_and(|(_, unit)| parse_unit(unit).is_some_and(|u| u.dim.is_number()))
     }
 
     /// The dimension of a value, if it is a quantity.
-    fn kind(&self, key: &str) -> Option<Dim> {
+    pub(super) fn kind(&self, key: &str) -> Option<Dim> {
         match parse_quantity(self.find(key)?) {
             Ok(Quantity::Real { dim, .. }) => Some(dim),
             _ => None,
@@ -268,7 +146,7 @@ impl Entries<'_> {
     }
 
     /// A delay in samples of the keyboard's rate: a measure only devices have.
-    fn samples(&self, key: &str) -> Result<f64, FileError> {
+    pub(super) fn samples(&self, key: &str) -> Result<f64, FileError> {
         let text = self.text(key)?;
         let number = text
             .strip_suffix("samples")
@@ -300,7 +178,7 @@ impl Entries<'_> {
     }
 
     /// The size of a word: 16 bits, the only one there is.
-    fn word(&self, key: &str) -> Result<(), FileError> {
+    pub(super) fn word(&self, key: &str) -> Result<(), FileError> {
         match self.text(key)? {
             "16 bit" | "16 bits" => Ok(()),
             other => Err(self.error(key, &format!("is `{other}`, but words have `16 bit`"))),
@@ -310,8 +188,9 @@ impl Entries<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::FeltStops;
+    use super::super::{Drive, FeltStops, Sensor};
     use super::*;
+    use whippen_compiler::model::Moves;
 
     const GOOD: &str = r#"
 name = "test"

@@ -113,8 +113,8 @@ impl Device {
     /// Whether an instrument can be played on it.
     ///
     /// # Errors
-    /// It has no port for something that is sensed, or one that measures something else, or no drive
-    /// where a force acts.
+    /// It has no port for something that is sensed, or one that measures something else, or no
+    /// drive where a force acts.
     pub fn fits(&self, model: &Model) -> Result<(), String> {
         let has_one = matches!(&self.ports[..], [only] if only.name.is_empty());
         if has_one && model.senses.len() > 1 {

@@ -54,7 +54,7 @@ pub fn read(path: &Path, (name, dim, kind): Wanted, limit: usize) -> Result<Titl
 
 /// Several columns of a table that was read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct PortColumns {
     /// Rows of the file.
     pub rows: usize,
     /// The time of the first (s).
@@ -70,7 +70,11 @@ pub type WantedPort<'a> = (&'a str, Dim, Moves);
 ///
 /// # Errors
 /// As [`read`]; ports without a column are named.
-pub fn read_ports(path: &Path, ports: &[WantedPort], limit: usize) -> Result<Table, FileError> {
+pub fn read_ports(
+    path: &Path,
+    ports: &[WantedPort],
+    limit: usize,
+) -> Result<PortColumns, FileError> {
     read_columns(path, |titles| find_ports(titles, ports), limit)
 }
 
@@ -79,7 +83,7 @@ fn read_columns(
     path: &Path,
     find_in: impl FnOnce(&[String]) -> Result<Vec<(usize, Unit)>, String>,
     limit: usize,
-) -> Result<Table, FileError> {
+) -> Result<PortColumns, FileError> {
     let mut rows = Rows::open(path, InputKind::RECORDING)?;
     let choice =
         find(rows.titles(), "t", Dim::TIME, "time").and_then(|t| Ok((t, find_in(rows.titles())?)));
@@ -106,7 +110,7 @@ fn read_columns(
         let grid = uniform(&times_s, samples, limit);
         grid.map_err(|message| FileError::new(path, message))
     };
-    Ok(Table {
+    Ok(PortColumns {
         rows: times_s.len(),
         start_s: times_s.first().copied().unwrap_or(0.0),
         grids: columns.into_iter().map(on_grid).collect::<Result<_, _>>()?,
