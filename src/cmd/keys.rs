@@ -25,7 +25,7 @@ use whippen_runtime::session;
 use super::on_board::BoardArgs;
 use super::progress::Progress;
 use super::run::Outputs;
-use super::{load, run};
+use super::{load, option, run};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 use performance_report::Performed;
@@ -48,7 +48,7 @@ pub struct KeysArgs {
     pub key: Option<u8>,
     /// So many threads compute; the outcome is the same with any number. Without it, one per
     /// processor
-    #[arg(long, value_name = "N", requires = "midi", value_parser = clap::value_parser!(u32).range(1..=256))]
+    #[arg(long, value_name = "N", requires = "midi", allow_negative_numbers = true, value_parser = option::threads)]
     threads: Option<u32>,
 }
 
@@ -85,6 +85,13 @@ pub fn first_instrument<'a>(
 /// Plays, tells, writes.
 pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let keyboard = PlayedKeyboard::find(setup.program, setup.name, args)?;
+    if let Some(model) = keyboard.models().find(|model| !model.is_of_key()) {
+        let why = "a performance is played on keys, with a port each";
+        return Err(Failure::Usage(format!(
+            "{why}, and `{}` has other ones: play it with --motion",
+            model.name
+        )));
+    }
     let keyboard = match setup.on_board.keys {
         Some(keys) => keyboard.with_keys(keys)?,
         None => keyboard,

@@ -420,7 +420,7 @@ impl Model {
     pub fn unit_of_sensed(&self, port: usize) -> String {
         match self.senses.get(port) {
             Some(sense) if sense.moves == Moves::Turns => "rad".to_string(),
-            Some(sense) => sense.dim.unit(),
+            Some(sense) => sense.dim.unit_without_angle(),
             None => Dim::LENGTH.unit(),
         }
     }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use whippen_compiler::model::Moves;
-use whippen_compiler::units::{Dim, Unit};
+use whippen_compiler::units::{Dim, Unit, unit_suffix};
 
 use super::table::Rows;
 use super::uniform::{Uniform, uniform};
@@ -131,7 +131,10 @@ fn find_ports(titles: &[String], ports: &[WantedPort]) -> Result<Vec<(usize, Uni
     let missing: Vec<String> = (ports.iter().filter(|port| one(port).is_none()))
         .map(|(name, dim, moves)| match moves {
             Moves::Turns => format!("`{name}_rad`"),
-            _ => format!("`{}`", join_title(name, &dim.suffix())),
+            _ => format!(
+                "`{}`",
+                join_title(name, &unit_suffix(&dim.unit_without_angle()))
+            ),
         })
         .collect();
     if missing.is_empty() {
