@@ -85,13 +85,7 @@ pub fn first_instrument<'a>(
 /// Plays, tells, writes.
 pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let keyboard = PlayedKeyboard::find(setup.program, setup.name, args)?;
-    if let Some(model) = keyboard.models().find(|model| !model.is_of_key()) {
-        let why = "a performance is played on keys, with a port each";
-        return Err(Failure::Usage(format!(
-            "{why}, and `{}` has other ones: play it with --motion",
-            model.name
-        )));
-    }
+    only_keys(&keyboard)?;
     let keyboard = match setup.on_board.keys {
         Some(keys) => keyboard.with_keys(keys)?,
         None => keyboard,
@@ -238,6 +232,17 @@ fn on_board(
     run::report_load(&load);
     logs.retain(|log| playing(log.index).is_some());
     Ok(logs)
+}
+
+/// That every instrument of a performance is one of keys.
+fn only_keys(keyboard: &PlayedKeyboard) -> Outcome {
+    match keyboard.models().find(|model| !model.is_of_key()) {
+        None => Ok(()),
+        Some(model) => Err(Failure::Usage(format!(
+            "a performance is played on keys, with a port each, and `{}` has other ones: play it with --motion",
+            model.name
+        ))),
+    }
 }
 
 /// One key again, with everything recorded and written.
