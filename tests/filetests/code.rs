@@ -2,8 +2,8 @@
 //!
 //! `select`, `promote`, `schedule`, `allocate`, `reorder` and `code` (the bytes) print one mode.
 //! Words: `core=cortex-m0plus` (cortex-m33 otherwise); `modes` for the modes of the kernel, not one
-//! that knows nothing; `mode=N` for another than the first; of `code`, `function=init` or the like, or
-//! `routine=mul_top` for what is called.
+//! that knows nothing; `mode=N` for another than the first; of `code`, `function=init` or the like,
+//! or `routine=mul_top` for what is called.
 
 use std::fmt::Write;
 use whippen_compiler::board::timing;

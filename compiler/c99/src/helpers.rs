@@ -37,6 +37,28 @@ static inline int32_t whippen_div_round(int64_t a, int64_t b)
 #endif
 ";
 
+const QUOT: &str = "\
+#ifndef WHIPPEN_QUOT
+#define WHIPPEN_QUOT
+/* The 16 highest bits of a, which has 63 at most. */
+static inline uint64_t whippen_keep16(uint64_t a)
+{
+    int below = 0;
+    for (int step = 32; step > 0; step >>= 1) if (a >> (below + step + 15)) below += step;
+    return a >> below << below;
+}
+/* a * 2^n / b towards zero with 16 significant bits, saturated; 0 where b is not positive. */
+static inline int32_t whippen_quot(int32_t a, int32_t b, int n)
+{
+    if (b <= 0) return 0;
+    uint64_t size = (a < 0 ? -(uint64_t)a : (uint64_t)a) << n;
+    size = whippen_keep16(size / whippen_keep16((uint64_t)b));
+    if (size > INT32_MAX) size = INT32_MAX;
+    return a < 0 ? -(int32_t)size : (int32_t)size;
+}
+#endif
+";
+
 const SQRT: &str = "\
 #ifndef WHIPPEN_SQRT
 #define WHIPPEN_SQRT
@@ -98,6 +120,7 @@ pub(super) fn needed(text: &str) -> String {
         (SHL32, &["whippen_shl32("][..]),
         (SHL64, &["whippen_shl64("]),
         (DIV, &["whippen_div_round("]),
+        (QUOT, &["whippen_quot("]),
         (SQRT, &["whippen_sqrt("]),
         (SAT, &["whippen_sat(", "whippen_wave("]),
         (WAVE, &["whippen_wave("]),

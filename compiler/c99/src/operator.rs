@@ -46,6 +46,7 @@ impl Writer<'_> {
             Op::Sar(n) => format!("{a} >> {n}"),
             Op::SarRound(n) => self.sar_round(inst, a, n),
             Op::DivRound(n) => format!("whippen_div_round(whippen_shl64({a}, {n}), {b})"),
+            Op::Quot(n) => format!("whippen_quot({a}, {b}, {n})"),
             Op::Sqrt => format!("whippen_sqrt({a})"),
             Op::Widen | Op::Assume(..) => a.to_string(),
             Op::Narrow => format!("(int32_t){a}"),

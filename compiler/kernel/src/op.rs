@@ -279,6 +279,9 @@ operators! {
     SarRound(n: u8 Shift) "sar_round" (N -> N)             Pure Corners  Exact(|n, a, _, _| sar_round(a, n));
     /// Quotient in fixed point, rounding half up: `floor(a * 2^n / b + 1/2)`; 0 where `b` is 0.
     DivRound(n: u8 Shift) "div_round" (I32 I32 -> I32)     Pure Divide   Exact(|n, a, b, _| div_round(a << n, b));
+    /// Quotient with 16 significant bits, saturated: `a * 2^n / b` towards zero, where both `b` and the outcome
+    /// keep their 16 highest bits, up to `2^31 - 1` either way; 0 where `b` is not positive.
+    Quot(n: u8 Shift)     "quot"      (I32 I32 -> I32)     Pure Divide   Exact(|n, a, b, _| quot(a << n, b));
     /// `floor(sqrt(a))`; 0 where `a` is negative.
     Sqrt                  "sqrt"      (I64 -> I32)         Pure Corners  Exact(|_, a, _, _| a.max(0).isqrt());
     /// The same value in 64 bits.
@@ -375,6 +378,22 @@ fn div_round(a: i128, b: i128) -> i128 {
         (-2 * a - b, -2 * b)
     };
     twice.div_euclid(divisor)
+}
+
+/// `a / b` towards zero with 16 significant bits, from the 16 highest bits of `b`, saturated; 0
+/// where `b` is not positive.
+fn quot(a: i128, b: i128) -> i128 {
+    if b <= 0 {
+        return 0;
+    }
+    let size = keep_16_bits(a.abs() / keep_16_bits(b));
+    size.min(i32::MAX.into()) * a.signum()
+}
+
+/// The 16 highest bits of what is not negative; those below become 0. It is monotone.
+fn keep_16_bits(a: i128) -> i128 {
+    let below = (128 - a.leading_zeros()).saturating_sub(16);
+    (a >> below) << below
 }
 
 /// The row with this name.

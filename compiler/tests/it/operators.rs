@@ -115,6 +115,35 @@ fn quotients_round_as_fixed_does() {
     assert!(compared > 20_000, "only {compared} quotients fit");
 }
 
+/// Towards zero with 16 significant bits: of what has more, those behind become 0.
+fn significant(a: i128) -> i128 {
+    let mut unit = 1;
+    while a / unit >= 1 << 16 {
+        unit *= 2;
+    }
+    a / unit * unit
+}
+
+#[test]
+fn quotients_of_16_bits_are_as_near_as_that() {
+    for (at, (a, b)) in pairs(Type::I32, 50_000).into_iter().enumerate() {
+        let n = (at % 32) as u8;
+        let quotient = i128::from(evaluate(Op::Quot(n), Type::I32, [a, b, 0]));
+        if b <= 0 {
+            assert_eq!(quotient, 0);
+            continue;
+        }
+        let scaled = i128::from(a.abs()) << n;
+        let most = i128::from(i32::MAX);
+        let expected = significant(scaled / significant(b.into())).min(most);
+        assert_eq!(quotient, expected * i128::from(a.signum()), "{a} {b} {n}");
+        if (1 << 16..most).contains(&expected) {
+            let exact = scaled as f64 / b as f64;
+            assert!((expected as f64 / exact - 1.0).abs() < 2.0_f64.powi(-14));
+        }
+    }
+}
+
 #[test]
 fn roots_are_those_of_fixed() {
     let squares =

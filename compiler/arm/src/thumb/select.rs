@@ -18,7 +18,7 @@
 //! | `arith_i32`, `shift` | arithmetic of words, constants; shifts, alone and of operands |
 //! | `arith_i64` | arithmetic of 64 bits, products |
 //! | `compare` | comparisons, bools, choices |
-//! | `divide`, `square_root` | quotient and square root |
+//! | `divide`, `quot`, `square_root` | quotients, exact and of 16 bits, and square root |
 //! | `memory` | cells, lines, tables, words in and out |
 //! | `event` | the ring of events |
 //! | `defer` | values that are folded into their user |
@@ -37,6 +37,7 @@ mod event;
 mod memory;
 mod operator;
 pub(super) mod plan;
+mod quot;
 mod remat;
 mod shift;
 mod square_root;

@@ -27,7 +27,7 @@ use whippen_kernel::{Kernel, Op, wave};
 
 /// Where the points of a string lie in the record.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct StringPlace {
     /// Offsets of the first words.
     pub at: [u32; 2],
     /// How many points there are.
@@ -49,7 +49,7 @@ pub(super) fn add_routines(
     let features = Features::of(options.arch);
     for routine in routines(kernel) {
         let [u, v] = routine.cells;
-        let place = Place {
+        let place = StringPlace {
             at: [u, v].map(|cell| layout.cells[cell as usize]),
             count: kernel.cells[u as usize].len,
             clamped: routine.clamped,
@@ -93,7 +93,7 @@ fn routines(kernel: &Kernel) -> BTreeSet<StringRoutine> {
 
 /// The text of a string's tick without loops. `wide`, as the Cortex-M4 wants it: in instructions of
 /// 32 bits alone, and loads behind loads.
-fn straight_line(place: Place, wide: bool) -> String {
+fn straight_line(place: StringPlace, wide: bool) -> String {
     let suffix = if wide { ".w" } else { "" };
     let mut w = Writer {
         place,
@@ -150,7 +150,7 @@ struct Window {
 }
 
 struct Writer {
-    place: Place,
+    place: StringPlace,
     /// Of instructions that would be narrow.
     suffix: &'static str,
     /// Whether a load behind another one costs less than the cycle that a sum comes late.

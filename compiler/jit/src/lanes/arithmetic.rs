@@ -266,6 +266,14 @@ impl Lanes<'_> {
         })
     }
 
+    /// A quotient with 16 significant bits, lane by lane.
+    pub(super) fn quot(&mut self, n: u8, a: KernelValue, b: KernelValue) -> Lane {
+        self.each(Type::I32, |lanes, lane| {
+            let (a, b) = (lanes.one(a, lane), lanes.one(b, lane));
+            lanes.t.quot(n, a, b)
+        })
+    }
+
     /// A square root, lane by lane.
     pub(super) fn sqrt(&mut self, a: KernelValue) -> Lane {
         self.each(Type::I32, |lanes, lane| {

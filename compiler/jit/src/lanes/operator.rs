@@ -42,6 +42,7 @@ impl Lanes<'_> {
             Op::Sar(n) => self.each_vector(a, |ins, a| ins.sshr_imm_s(a, i64::from(n))),
             Op::SarRound(n) => self.sar_round(n, a),
             Op::DivRound(n) => self.div_round(n, a, b),
+            Op::Quot(n) => self.quot(n, a, b),
             Op::Sqrt => self.sqrt(a),
             Op::Assume(..) => self.lane(a),
             Op::Widen => {

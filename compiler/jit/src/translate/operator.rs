@@ -30,6 +30,7 @@ impl Translator<'_> {
             Op::Sar(n) => self.f.ins().sshr_imm_s(a, i64::from(n)),
             Op::SarRound(n) => self.sar_round(n, a, self.range(inst.args[0])),
             Op::DivRound(n) => self.div_round(n, a, b, self.range(inst.args[1])),
+            Op::Quot(n) => self.quot(n, a, b),
             Op::Sqrt => self.sqrt(a),
             Op::Widen | Op::Narrow | Op::Assume(..) => a,
             Op::Low => self.low_word(a),

@@ -50,6 +50,7 @@ impl Select<'_> {
             (Op::SarRound(n), false) => self.sar_round_i32(a, n).into(),
             (Op::SarRound(n), true) => self.sar_round_i64(a, n).into(),
             (Op::DivRound(n), _) => self.div_round(a, b, n).into(),
+            (Op::Quot(n), _) => self.quot(a, b, n).into(),
             (Op::Sqrt, _) => self.square_root(a).into(),
             (Op::Widen, _) => self.widen(a).into(),
             (Op::Assume(..), false) => self.reg(a).into(),

@@ -6,7 +6,7 @@
 //! that of `mul_top`.
 
 use crate::thumb::registers::RECORD;
-use crate::thumb::wave::{LABEL, Place};
+use crate::thumb::wave::{LABEL, StringPlace};
 
 /// Places on the stack, behind the four coefficients.
 const E: u32 = 16;
@@ -18,8 +18,8 @@ const BENDS: u32 = 32;
 const FRAME: u32 = 20;
 
 /// The text of a string's tick.
-pub(in crate::thumb) fn string_loop(place: Place) -> String {
-    let Place { at, count, clamped } = place;
+pub(in crate::thumb) fn string_loop(place: StringPlace) -> String {
+    let StringPlace { at, count, clamped } = place;
     let [u, v] = [(4, at[0]), (5, at[1])].map(|(reg, at)| address(reg, at));
     let w_first = if clamped[0] {
         &doubled()[..]
