@@ -1,14 +1,16 @@
 //! The device of an instrument: the one that `--device` names, or its keyboard's, or the usual one.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::bundled::DEVICES;
 use whippen_compiler::check::{DeviceName, Keyboard, Program};
-use whippen_compiler::diag::{Code, Diagnostic, nearest};
+use whippen_compiler::diag::{Code, Diagnostic};
 use whippen_compiler::model::Model;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::units::{Dim, shown};
 use whippen_runtime::device::Device;
+
+use crate::hardware::DEVICE;
 
 /// What `--device` is for.
 pub const HELP: &str = "The device, by name (mikey, knob) or as a TOML file: the scales of sensor and drive; the \
@@ -18,35 +20,20 @@ pub const HELP: &str = "The device, by name (mikey, knob) or as a TOML file: the
 pub const VALUE: &str = "NAME|FILE.toml";
 
 /// The file that `--device` names, unless it names a bundled device.
-pub fn file(named: Option<&str>) -> Option<PathBuf> {
-    let name = named.filter(|name| !DEVICES.contains(name))?;
-    let path = Path::new(name);
-    let is_file = path.extension().is_some() || path.components().count() > 1 || path.exists();
-    is_file.then(|| path.to_path_buf())
+pub fn file(named: Option<&OsStr>) -> Option<PathBuf> {
+    DEVICE.file(named?)
 }
 
 /// The device that `--device` names.
 ///
 /// # Errors
 /// In words: there is no such device, or what is wrong with its file.
-pub fn named(name: &str) -> Result<Device, String> {
-    let known = || {
-        let all = DEVICES.join(", ");
-        format!("devices are {all}; a file of your own ends in .toml")
-    };
-    if let Some(path) = file(Some(name)) {
-        let known = if path.exists() {
-            String::new()
-        } else {
-            format!("\n{}", known())
-        };
-        return Device::load(&path).map_err(|error| format!("{error}{known}"));
+pub fn named(name: &OsStr) -> Result<Device, String> {
+    match DEVICE.file(name) {
+        Some(path) if path.exists() => Device::load(&path).map_err(|error| error.to_string()),
+        Some(_) => Err(DEVICE.absent(name)),
+        None => (name.to_str().and_then(Device::bundled)).ok_or_else(|| DEVICE.absent(name)),
     }
-    Device::bundled(name).ok_or_else(|| {
-        let near = nearest(name, DEVICES.iter().copied());
-        let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
-        format!("there is no device `{name}`{near}\n{}", known())
-    })
 }
 
 /// The device of a keyboard; `folder` says where a file of the program lies.
@@ -70,7 +57,7 @@ pub fn of_keyboard(
         let wrong = Diagnostic::new(Code::UnknownHardware, span, message, "this file");
         Box::new(wrong.hint(
             "the file's place is told from the folder of the program; \
-             instruments/hardware/mikey.toml is one to begin with",
+             docs/how-to/device.md says how it is written",
         ))
     })
 }
@@ -130,7 +117,7 @@ pub enum NoDevice {
 /// # Errors
 /// There is none, or it moves in another way.
 pub fn find(
-    wanted: Option<&str>,
+    wanted: Option<&OsStr>,
     map: &SourceMap,
     program: &Program,
     model: &Model,

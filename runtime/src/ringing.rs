@@ -296,7 +296,7 @@ impl<'a> Bench<'a> {
         (ticks, hz): (usize, f64),
     ) -> Option<Vec<f64>> {
         let rate_hz = f64::from(self.model.rate_hz);
-        let part = ((REST.0 / hz).max(REST.1) * rate_hz) as usize;
+        let part = (((REST.0 / hz).max(REST.1) * rate_hz) as usize).max(1);
         let still = WORDS_AT_REST * self.device.scales().sensor_lsb;
         let (mut ideal, scales) = (ideal.clone(), self.device.scales());
         let mut plant = Plant::balanced(self.device, self.model.rate_hz, player, start)?;

@@ -29,11 +29,11 @@ use crate::plot::Figure;
 use crate::trace::Trace;
 
 pub use columns::{
-    ALL, Recorded, Signal, argument_title, argument_titles, arguments, choose, marked, recorded,
-    roles, roles_of_all, suffix, title, titles, unit,
+    ALL, Recorded, Signal, argument_title, argument_titles, arguments, choose, driven, marked,
+    recorded, roles, roles_of_all, suffix, title, titles, unit, unit_of_cell,
 };
 use recorder::Recorder;
-pub use recorder::{Happenings, Keep, LISTED_MAX, Recording, Strikes};
+pub use recorder::{Emitted, Happenings, Keep, LISTED_MAX, Recording};
 
 /// What a run counted.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -53,8 +53,9 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// What was cut off, and how it is told: ticks and words; only what happened.
-    pub fn told(&self) -> Vec<(usize, &'static str)> {
+    /// What was cut off, and how it is told: ticks and words; only what happened. `drives` is what
+    /// the drive gives ([`driven`]).
+    pub fn told(&self, drives: &str) -> Vec<(usize, String)> {
         let sensed = self.sense_clamped - self.sensor_clipped.min(self.sense_clamped);
         let all = [
             (
@@ -65,10 +66,11 @@ impl Counts {
             (self.slew_held, "held back by the slew limit"),
             (
                 self.drive_clipped,
-                "with more force than the drive gives, clipped",
+                &*format!("with more {drives} than the drive gives, clipped"),
             ),
         ];
-        all.into_iter().filter(|(count, _)| *count > 0).collect()
+        let happened = all.into_iter().filter(|(count, _)| *count > 0);
+        happened.map(|(n, what)| (n, what.to_string())).collect()
     }
 }
 

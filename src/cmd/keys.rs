@@ -25,7 +25,7 @@ use whippen_runtime::session;
 use super::on_board::BoardArgs;
 use super::progress::Progress;
 use super::run::Outputs;
-use super::{load, run};
+use super::{load, option, run};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 use performance_report::Performed;
@@ -48,7 +48,7 @@ pub struct KeysArgs {
     pub key: Option<u8>,
     /// So many threads compute; the outcome is the same with any number. Without it, one per
     /// processor
-    #[arg(long, value_name = "N", requires = "midi", value_parser = clap::value_parser!(u32).range(1..=256))]
+    #[arg(long, value_name = "N", requires = "midi", allow_negative_numbers = true, value_parser = option::threads)]
     threads: Option<u32>,
 }
 

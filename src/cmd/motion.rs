@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 use whippen_compiler::model::Model;
-use whippen_compiler::units::{Dim, parse_quantity, shown};
+use whippen_compiler::units::{Dim, shown};
 use whippen_runtime::gesture;
 use whippen_runtime::motion::{self, Layout, MotionOptions, Stops};
 use whippen_runtime::trajectory::Trajectory;
 
+use super::option;
 use crate::exit::Failure;
 
 /// How to read a recording.
@@ -24,26 +25,26 @@ pub struct MotionArgs {
     #[arg(long, value_name = "LENGTH|ANGLE", conflicts_with = "motion", value_parser = travel)]
     travel: Option<Travel>,
     /// Rows per second of bare columns
-    #[arg(long, value_name = "HZ", requires = "motion", value_parser = frequency)]
+    #[arg(long, value_name = "HZ", requires = "motion", value_parser = option::frequency)]
     rate: Option<f64>,
     /// The bare column with the position, counted from 1
-    #[arg(long, value_name = "N", requires = "rate", default_value_t = 1, value_parser = column)]
+    #[arg(long, value_name = "N", requires = "rate", default_value_t = 1, value_parser = option::column)]
     column: u32,
     /// Table from position to reading, by which bare readings become positions; without it they are
     /// metres
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, requires = "rate")]
     calibration: Option<PathBuf>,
     /// Position of the key at rest, becomes 0
-    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = option::length, allow_hyphen_values = true)]
     rest: Option<f64>,
     /// Position of the key when down, becomes --dip
-    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = option::length, allow_hyphen_values = true)]
     full: Option<f64>,
     /// Dip of the modelled key
-    #[arg(long, value_name = "LENGTH", requires = "full", value_parser = length, default_value = "10mm")]
+    #[arg(long, value_name = "LENGTH", requires = "full", value_parser = option::length, default_value = "10mm")]
     dip: f64,
     /// Low-pass filter without delay, against noise of the recording
-    #[arg(long, value_name = "FREQUENCY", requires = "motion", value_parser = frequency)]
+    #[arg(long, value_name = "FREQUENCY", requires = "motion", value_parser = option::frequency)]
     lowpass: Option<f64>,
 }
 
@@ -192,52 +193,9 @@ impl Travel {
 
 fn travel(text: &str) -> Result<Travel, String> {
     let travel = [Dim::LENGTH, Dim::NUMBER].into_iter().find_map(|dim| {
-        let end = quantity(text, dim, "").ok()?;
+        let end = option::quantity(text, dim, "").ok()?;
         Some(Travel { end, dim })
     });
     let possible = travel.filter(|travel| travel.end > 0.0 && travel.end.is_finite());
     possible.ok_or_else(|| "not a length or an angle above zero, such as 4mm or 30deg".to_string())
-}
-
-fn column(text: &str) -> Result<u32, String> {
-    let number = text.parse().ok().filter(|n| *n > 0);
-    number.ok_or_else(|| "not the number of a column, counted from 1".to_string())
-}
-
-fn length(text: &str) -> Result<f64, String> {
-    quantity(text, Dim::LENGTH, "a length, such as 12.7mm")
-}
-
-/// A frequency; a plain number is in Hz.
-fn frequency(text: &str) -> Result<f64, String> {
-    let hertz = text.parse::<f64>().map_or_else(
-        |_| quantity(text, Dim::PER_TIME, "a frequency, such as 200Hz"),
-        Ok,
-    )?;
-    if hertz.is_finite() && hertz > 0.0 {
-        Ok(hertz)
-    } else {
-        Err("a frequency is above zero".to_string())
-    }
-}
-
-/// A time; a plain number is in seconds.
-pub fn seconds(text: &str) -> Result<f64, String> {
-    let time = text
-        .parse::<f64>()
-        .map_or_else(|_| quantity(text, Dim::TIME, "a time, such as 10s"), Ok)?;
-    if time.is_finite() && time > 0.0 {
-        Ok(time)
-    } else {
-        Err("a time is above zero".to_string())
-    }
-}
-
-fn quantity(text: &str, dim: Dim, wanted: &str) -> Result<f64, String> {
-    use whippen_compiler::units::Quantity;
-    match parse_quantity(text) {
-        Ok(Quantity::Real { value, dim: found }) if found == dim => Ok(value),
-        Ok(_) => Err(format!("not {wanted}")),
-        Err(error) => Err(format!("{error}; wanted is {wanted}")),
-    }
 }

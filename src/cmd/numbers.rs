@@ -95,7 +95,7 @@ pub fn kept(compiled: &Compiled) -> Vec<Kept> {
             Some(row) => row.error = row.error.max(update.error),
             None => rows.push(Kept {
                 name,
-                unit: compiled.model.cells[update.cell].dim.unit(),
+                unit: session::unit_of_cell(&compiled.model, update.cell),
                 error: update.error,
                 over_time: update.over_time,
             }),

@@ -128,7 +128,7 @@ fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
         let counts = &played.counts;
         stops.push(Stop {
             name: compiled.model.name.replace('_', " "),
-            strikes: played.happenings.strikes.count,
+            strikes: played.happenings.strikes,
             unit: if compiled.model.turns() { "N*m" } else { "N" },
             peak,
             error,

@@ -277,7 +277,7 @@ fn a_wrong_command_line_ends_with_2_and_says_what_to_do() {
                 "--column",
                 "x",
             ],
-            &["not the number of a column"],
+            &["columns are counted from 1"],
         ),
         (
             &["run", "click.whip", "--motion", "click.whip", "--rate", "9"],

@@ -38,4 +38,5 @@ mod rings;
 mod stability;
 mod strokes;
 mod tables;
+mod told;
 mod zones;

@@ -28,6 +28,7 @@ mod call;
 mod cell;
 mod children;
 mod constant;
+mod decimal_comma;
 mod diags;
 mod drive;
 mod dubious;

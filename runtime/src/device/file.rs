@@ -256,6 +256,18 @@ stop_damping = "20 N*s/m"
     }
 
     #[test]
+    fn the_page_has_every_key_and_a_file_that_can_be_read() {
+        let page = include_str!("../../../docs/how-to/device.md");
+        for (key, _) in KEYS {
+            assert!(page.contains(&format!("`{key}`")), "{key}");
+        }
+        let (_, rest) = page.split_once("```toml\n").expect("an example");
+        let (example, _) = rest.split_once("```").expect("its end");
+        let device = read(Path::new("my-key.toml"), example);
+        assert_eq!(device.map(|device| device.name).as_deref(), Ok("my key"));
+    }
+
+    #[test]
     fn a_motor_is_what_it_stands() {
         let device = read(Path::new("test.toml"), &GOOD.replace("[drive]", MOTOR)).unwrap();
         let motor = Motor {

@@ -1,9 +1,9 @@
 //! The columns of a run: which values there are, what they are called, which are wanted.
 
 use whippen_compiler::lower::{Export, ExportKind, LoweredEventKind};
-use whippen_compiler::model::{CellKind, EmissionId, Model};
+use whippen_compiler::model::{CellId, CellKind, EmissionId, Model};
 use whippen_compiler::pipeline::Compiled;
-use whippen_compiler::units::Dim;
+use whippen_compiler::units::{Dim, unit_suffix};
 
 use crate::device::Device;
 use crate::engine::EngineKind;
@@ -113,21 +113,14 @@ pub fn choose(columns: &[Recorded], names: &[String]) -> Result<Vec<Recorded>, S
     Ok(chosen)
 }
 
-/// The event that a summary lists and a figure marks: `note`, or else the first that the program
-/// emits with an argument.
+/// The event that a figure marks: `note`, or else the first that the program emits with an
+/// argument, or else the first that it emits.
 pub fn marked(model: &Model) -> &str {
-    let first = || {
-        model
-            .emissions
-            .iter()
-            .find(|e| !e.args.is_empty())
-            .map(|e| e.name.as_str())
-    };
-    if model.emissions.iter().any(|e| e.name == "note") {
-        "note"
-    } else {
-        first().unwrap_or("note")
-    }
+    let all = || model.emissions.iter();
+    let note = all().find(|e| e.name == "note");
+    let telling = || all().find(|e| !e.args.is_empty());
+    let found = note.or_else(telling).or_else(|| all().next());
+    found.map_or("note", |e| &e.name)
 }
 
 /// Which columns of a run's trace play which part in a figure.
@@ -186,12 +179,17 @@ pub fn title(model: &Model, export: &Export) -> String {
     identifier(&join_title(&export.name, &suffix(model, export)))
 }
 
+/// What the device of an instrument drives.
+pub fn driven(model: &Model) -> &'static str {
+    if model.turns() { "torque" } else { "force" }
+}
+
 /// The unit of what the device drives, as a column title writes it.
 fn drive_unit(model: &Model) -> String {
     if model.turns() {
-        Dim::TORQUE.suffix()
+        unit_suffix(&Dim::TORQUE.unit())
     } else {
-        Dim::FORCE.suffix()
+        unit_suffix(&Dim::FORCE.unit())
     }
 }
 
@@ -203,32 +201,33 @@ fn has_column(model: &Model, export: &Export) -> bool {
     }
 }
 
-/// The unit of an export as a column title writes it; an angle is known by its sense or its body.
+/// The unit of an export as a column title writes it.
 pub fn suffix(model: &Model, export: &Export) -> String {
+    unit_suffix(&unit(model, export))
+}
+
+/// The unit of an export as a program writes it (`rad/s`); an angle is known by its sense or its
+/// body.
+pub fn unit(model: &Model, export: &Export) -> String {
     let Some(dim) = export.dim else {
         return String::new();
     };
     match export.kind {
         ExportKind::Sense(_) if dim.is_number() => "rad".into(),
-        ExportKind::Slope(s) if model.senses[s as usize].dim.is_number() => "rad_per_s".into(),
-        ExportKind::Curvature(s) if model.senses[s as usize].dim.is_number() => "rad_per_s2".into(),
-        ExportKind::Cell(id) if dim.is_number() && model.cells[id].kind == CellKind::Coordinate => {
-            "rad".into()
-        }
-        ExportKind::Cell(id) if dim == Dim::PER_TIME && model.cells[id].kind == CellKind::Rate => {
-            "rad_per_s".into()
-        }
-        _ => dim.suffix(),
+        ExportKind::Slope(s) if model.senses[s as usize].dim.is_number() => dim.unit(),
+        ExportKind::Curvature(s) if model.senses[s as usize].dim.is_number() => dim.unit(),
+        ExportKind::Cell(id) => unit_of_cell(model, id),
+        _ => dim.unit_without_angle(),
     }
 }
 
-/// The unit of an export as a program writes it (`rad/s`).
-pub fn unit(model: &Model, export: &Export) -> String {
-    match suffix(model, export).as_str() {
-        "rad" => "rad".to_string(),
-        "rad_per_s" => "rad/s".to_string(),
-        "rad_per_s2" => "rad/s^2".to_string(),
-        _ => export.dim.map_or(String::new(), |dim| dim.unit()),
+/// The unit of what is remembered as a program writes it.
+pub fn unit_of_cell(model: &Model, id: CellId) -> String {
+    let (kind, dim) = (model.cells[id].kind, model.cells[id].dim);
+    match kind {
+        CellKind::Coordinate if dim.is_number() => "rad".into(),
+        CellKind::Rate => dim.unit(),
+        _ => dim.unit_without_angle(),
     }
 }
 
@@ -273,7 +272,7 @@ pub fn argument_titles(model: &Model) -> Vec<Vec<String>> {
 
 /// The title of an argument (`speed_m_per_s`).
 pub fn argument_title((name, dim): &(String, Dim)) -> String {
-    join_title(name, &dim.suffix())
+    join_title(name, &unit_suffix(&dim.unit_without_angle()))
 }
 
 /// The name of an event and the titles of its arguments.

@@ -1,5 +1,6 @@
 //! The files of a build, each written whole or not at all; whole images.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use whippen_compiler::firmware::FirmwareImage;
@@ -31,8 +32,8 @@ pub struct Output {
 }
 
 /// A file by its ending.
-pub fn output(text: &str) -> Result<Output, String> {
-    let path = PathBuf::from(text);
+pub fn output(name: OsString) -> Result<Output, String> {
+    let path = PathBuf::from(name);
     let kind = match path.extension().and_then(|e| e.to_str()) {
         Some("elf") => Kind::Elf,
         Some("uf2") => Kind::Uf2,

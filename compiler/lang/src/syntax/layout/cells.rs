@@ -150,7 +150,11 @@ pub(super) fn align(rows: &mut [&mut Vec<Cell>], column: usize) {
 
 /// The cells side by side; the last one without spaces behind it.
 pub(super) fn join(cells: &[Cell]) -> String {
-    let padded = |cell: &Cell| format!("{:<width$} ", cell.text, width = cell.width);
+    // A name may be longer than what `format!` pads to.
+    let padded = |cell: &Cell| {
+        let room = cell.width.saturating_sub(cell.text.chars().count()) + 1;
+        cell.text.clone() + &" ".repeat(room)
+    };
     let text: String = cells.iter().map(padded).collect();
     text.trim_end().to_string()
 }
