@@ -166,7 +166,7 @@ pub fn compiled_observed(
     probes: bool,
     observer: Observer,
 ) -> Result<Compiled, Failure> {
-    let compiled = pipeline::compile_observed(model, device.scales(), probes, observer);
+    let compiled = pipeline::compile_observed(model, &device.scales(), probes, observer);
     report_diagnostics(Form::Text, map, compiled)
 }
 

@@ -80,7 +80,7 @@ impl Files<'_> {
         let include = header.file_name().unwrap_or_default().to_string_lossy();
         let module = path.with_extension("rs");
         let module = module.file_name().unwrap_or_default().to_string_lossy();
-        let (parts, scales) = (self.parts()?, self.setup.device.scales());
+        let parts = self.parts()?;
         let mut interfaces = Vec::new();
         for part in &parts {
             let kernel = part.kernel(&part.compiled.lowered.kernel);
@@ -88,7 +88,7 @@ impl Files<'_> {
                 let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
                 Failure::Defect(told.join("; "))
             })?;
-            let own = Interface::of_c(part.compiled, kernel, scales, &part.name, part.keys);
+            let own = Interface::of_c(part.compiled, kernel, &part.name, part.keys);
             interfaces.push(own.with_first_key(part.first));
         }
         let sources = interfaces.iter().filter_map(c_source);
@@ -113,18 +113,17 @@ impl Files<'_> {
             .iter()
             .map(|part| self.compiled(part, &instruments[part.instrument]))
             .collect::<Result<_, _>>()?;
-        let scales = setup.device.scales();
         let each = || parts.iter().zip(&built);
         let own: Vec<Variables> = each()
             .map(|(part, built)| {
                 let modes = &instruments[part.instrument].modes;
-                variables(part.compiled, modes, scales, &part.name, &built.layout)
+                variables(part.compiled, modes, &part.name, &built.layout)
             })
             .collect();
         let interfaces: Vec<Interface> = each()
             .map(|(part, built)| {
                 let layout = &built.layout;
-                Interface::of(part.compiled, scales, &part.name, part.keys, layout)
+                Interface::of(part.compiled, &part.name, part.keys, layout)
                     .with_first_key(part.first)
             })
             .collect();

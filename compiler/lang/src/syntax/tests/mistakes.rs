@@ -43,6 +43,7 @@ mistakes! {
     missing_parenthesis "instrument i {\n    let a = min(b, c\n    let d = (e\n    event f when (g { x := 1 }\n}\n";
     surplus_brackets "instrument i {\n    let a = b)\n    }\n    let c = d\n}\n}\n";
     too_deep_brackets { const DEEP: &str = concat!("instrument i { let a = ", "((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((b))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))", " }"); DEEP };
+    missing_parenthesis_before_a_force_on_a_sense "instrument i {\n    event e when (a { x := 1\n    force f on z = b\n    torque g on w = c\n}\n";
     // Declarations
     two_mistakes_in_one_file "instrument i {\n    let a = 2 +\n    let b = a\n    event e a > 2 { emit note() }\n    force f = b\n}\n";
     left_out "instrument i {\n    force: a = 3 N\n    when x > 3 mm { emit release() }\n    states s { a -> b when c, b -> a when d }\n    event e when c { emit note(x') }\n    force f = 2 N * abs x\n}\n";
