@@ -22,6 +22,7 @@ mod new;
 mod numbers;
 mod on_board;
 mod opened;
+mod option;
 mod progress;
 mod proof;
 mod run;

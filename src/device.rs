@@ -1,52 +1,39 @@
 //! The device of an instrument: the one that `--device` names, or its keyboard's, or the usual one.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::bundled::DEVICES;
 use whippen_compiler::check::{DeviceName, Keyboard, Program};
-use whippen_compiler::diag::{Code, Diagnostic, nearest};
-use whippen_compiler::model::Model;
+use whippen_compiler::diag::{Code, Diagnostic};
+use whippen_compiler::model::{Model, Sense};
 use whippen_compiler::source::SourceMap;
-use whippen_compiler::units::{Dim, shown};
-use whippen_runtime::device::Device;
+use whippen_compiler::units::shown;
+use whippen_runtime::device::{Device, Port};
+
+use crate::hardware::DEVICE;
 
 /// What `--device` is for.
-pub const HELP: &str = "The device, by name (mikey, knob) or as a TOML file: the scales of sensor and drive; the \
-     keyboard's otherwise, or mikey, or knob for what turns";
+pub const HELP: &str = "The device, by name (mikey, knob, touch, pad, mouse) or as a TOML file: the scales of sensors \
+     and drives; the keyboard's otherwise, or mikey, or knob for what turns, or the one that has the ports";
 
 /// How `--device` is written.
 pub const VALUE: &str = "NAME|FILE.toml";
 
 /// The file that `--device` names, unless it names a bundled device.
-pub fn file(named: Option<&str>) -> Option<PathBuf> {
-    let name = named.filter(|name| !DEVICES.contains(name))?;
-    let path = Path::new(name);
-    let is_file = path.extension().is_some() || path.components().count() > 1 || path.exists();
-    is_file.then(|| path.to_path_buf())
+pub fn file(named: Option<&OsStr>) -> Option<PathBuf> {
+    DEVICE.file(named?)
 }
 
 /// The device that `--device` names.
 ///
 /// # Errors
 /// In words: there is no such device, or what is wrong with its file.
-pub fn named(name: &str) -> Result<Device, String> {
-    let known = || {
-        let all = DEVICES.join(", ");
-        format!("devices are {all}; a file of your own ends in .toml")
-    };
-    if let Some(path) = file(Some(name)) {
-        let known = if path.exists() {
-            String::new()
-        } else {
-            format!("\n{}", known())
-        };
-        return Device::load(&path).map_err(|error| format!("{error}{known}"));
+pub fn named(name: &OsStr) -> Result<Device, String> {
+    match DEVICE.file(name) {
+        Some(path) if path.exists() => Device::load(&path).map_err(|error| error.to_string()),
+        Some(_) => Err(DEVICE.absent(name)),
+        None => (name.to_str().and_then(Device::bundled)).ok_or_else(|| DEVICE.absent(name)),
     }
-    Device::bundled(name).ok_or_else(|| {
-        let near = nearest(name, DEVICES.iter().copied());
-        let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
-        format!("there is no device `{name}`{near}\n{}", known())
-    })
 }
 
 /// The device of a keyboard; `folder` says where a file of the program lies.
@@ -59,6 +46,7 @@ pub fn of_keyboard(
     folder: impl Fn(&str) -> Option<PathBuf>,
 ) -> Result<Option<Device>, Box<Diagnostic>> {
     let (file, span) = match &keyboard.device {
+        DeviceName::Usual => return Ok(None),
         DeviceName::Bundled(name) => return Ok(Device::bundled(name)),
         DeviceName::File(file, span) => (file, *span),
     };
@@ -70,7 +58,7 @@ pub fn of_keyboard(
         let wrong = Diagnostic::new(Code::UnknownHardware, span, message, "this file");
         Box::new(wrong.hint(
             "the file's place is told from the folder of the program; \
-             instruments/hardware/mikey.toml is one to begin with",
+             docs/how-to/device.md says how it is written",
         ))
     })
 }
@@ -78,27 +66,41 @@ pub fn of_keyboard(
 /// So much of what a device measures may be missing at an end without a word.
 const UNMEASURED: f64 = 0.05;
 
-/// What an instrument senses beyond what its device measures, in words, if it is much.
-pub fn unmeasured(device: &Device, model: &Model) -> Option<String> {
-    let (sense, sensor) = (model.senses.first()?, &device.sensor);
-    let much = UNMEASURED * (sensor.high - sensor.low);
-    let is_beyond = sense.range.low < sensor.low - much || sense.range.high > sensor.high + much;
-    let of = if model.turns() {
-        Dim::NUMBER
-    } else {
-        Dim::LENGTH
+/// What an instrument senses beyond what its device measures, in words, if it is much: a note for
+/// each port.
+pub fn unmeasured(device: &Device, model: &Model) -> Vec<String> {
+    let ports = model.senses.iter().zip(device.ports_of(model));
+    let note = |(sense, port): (&Sense, &Port)| {
+        let sensor = &port.sensor;
+        let much = UNMEASURED * (sensor.high - sensor.low);
+        let is_beyond =
+            sense.range.low < sensor.low - much || sense.range.high > sensor.high + much;
+        let words = |low: f64, high: f64| {
+            format!("{} .. {}", shown(low, sense.dim), shown(high, sense.dim))
+        };
+        let (of_instrument, of_device) = if model.senses.len() > 1 {
+            (
+                format!("`{}` of ", sense.name),
+                format!("`{}` of ", port.name),
+            )
+        } else {
+            (String::new(), String::new())
+        };
+        is_beyond.then(|| {
+            format!(
+                "{of_instrument}`{}` senses {}, and {of_device}the device `{}` measures {}: the rest is never reached; \
+                 give a device of your own with --device FILE.toml",
+                model.name,
+                words(sense.range.low, sense.range.high),
+                device.name,
+                words(sensor.low, sensor.high),
+            )
+        })
     };
-    let words = |low: f64, high: f64| format!("{} .. {}", shown(low, of), shown(high, of));
-    is_beyond.then(|| {
-        format!(
-            "`{}` senses {}, and the device `{}` measures {}: the rest is never reached; \
-             give a device of your own with --device FILE.toml",
-            model.name,
-            words(sense.range.low, sense.range.high),
-            device.name,
-            words(sensor.low, sensor.high),
-        )
-    })
+    ports
+        .filter_map(note)
+        .chain(device.assumption(model))
+        .collect()
 }
 
 /// The folder of a file of the command line.
@@ -130,7 +132,7 @@ pub enum NoDevice {
 /// # Errors
 /// There is none, or it moves in another way.
 pub fn find(
-    wanted: Option<&str>,
+    wanted: Option<&OsStr>,
     map: &SourceMap,
     program: &Program,
     model: &Model,

@@ -7,6 +7,7 @@ mod beside;
 mod cmd;
 mod device;
 mod exit;
+mod hardware;
 mod interrupt;
 mod lsp;
 mod say;

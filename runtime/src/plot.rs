@@ -155,7 +155,7 @@ impl<'a> Figure<'a> {
                 .collect(),
             mark_name: frame::heading(
                 &roles.mark,
-                &argument.map_or(String::new(), |unit| unit.dim.unit()),
+                &argument.map_or(String::new(), |unit| unit.dim.unit_without_angle()),
             ),
             marks: marked()
                 .map(|e| Mark {

@@ -7,6 +7,7 @@ mod tick_bound;
 use std::path::PathBuf;
 
 use clap::ValueHint;
+use clap::builder::{OsStringValueParser, TypedValueParser};
 
 use super::file_plan::FilePlan;
 use super::setup::SetupArgs;
@@ -24,7 +25,7 @@ pub struct Args {
     setup: SetupArgs,
     /// What to write: .elf or .uf2, a whole image; .o to link; .c for any other compiler
     /// (both with .h and .rs beside them)
-    #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = files::output)]
+    #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = OsStringValueParser::new().try_map(files::output))]
     output: Output,
     /// Write it also where it is not proven to be in time, with a mark in the file (of a .o, beside
     /// it)

@@ -1,5 +1,6 @@
 //! `whippen check`
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::ValueHint;
@@ -13,7 +14,7 @@ use whippen_runtime::ringing;
 
 use super::load::{self, Form};
 use super::opened::Opened;
-use super::{json, numbers, watch};
+use super::{json, numbers, option, watch};
 use crate::device::{self, NoDevice};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say, tell};
@@ -27,10 +28,6 @@ pub struct Args {
     /// Print range, format and error bound of every named value
     #[arg(long)]
     numbers: bool,
-    /// Also judge the loop of key, hand and program, and warn of what rings (tenths of a second for
-    /// a large program)
-    #[arg(long)]
-    stability: bool,
     /// Print one JSON object per line instead: diagnostics, and with --numbers the tables
     #[arg(long)]
     json: bool,
@@ -38,8 +35,8 @@ pub struct Args {
     #[arg(long = "set", value_name = "NAME=VALUE")]
     sets: Vec<String>,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
-    device: Option<String>,
-    #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", value_parser = load::rate, help = load::TICK_RATE)]
+    device: Option<OsString>,
+    #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
     rate: Option<u32>,
     /// Check again whenever one of the files is saved, until Ctrl-C
     #[arg(long)]
@@ -74,11 +71,13 @@ fn once(args: &Args) -> Outcome {
             model.name.clone(),
             devices.of(number, &program.keyboards, &model)?,
         );
-        if let Some(note) = device::unmeasured(&device, &model).filter(|_| !args.json) {
+        for note in device::unmeasured(&device, &model)
+            .iter()
+            .filter(|_| !args.json)
+        {
             tell!("note: {note}");
         }
-        let judged = args.stability.then(|| ringing::warnings(&model, &device));
-        let compiled = match load::compiled_as(form, &map, model, &device) {
+        let compiled = match load::compiled_as(form, &map, model.clone(), &device) {
             Ok(compiled) => compiled,
             // What is wrong with one instrument hides nothing of the next.
             Err(Failure::Program) => {
@@ -87,30 +86,37 @@ fn once(args: &Args) -> Outcome {
             }
             Err(other) => return Err(other),
         };
-        if let Some(warnings) = judged {
-            load::report(form, &map, &warnings, Severity::Note);
-        }
+        let rings = ringing::warnings(&model, &device);
+        load::report(form, &map, &rings, Severity::Note);
         if args.json {
             args.numbers.then(|| say!("{}", json::numbers(&compiled)));
         } else if args.numbers {
             say::whole(&numbers::report(&compiled, &device).to_string());
         } else {
-            say!("{name}: ok");
+            say!("{name}: ok{}", unjudged(&model));
         }
     }
-    for keyboard in program
-        .keyboards
-        .iter()
-        .filter(|_| outcome.is_ok() && !args.json)
-    {
-        say!(
-            "{}: ok ({} keys at {} Hz)",
-            keyboard.name,
-            keyboard.layout.keys,
-            keyboard.rate_hz
-        );
+    if outcome.is_ok() && !args.json {
+        program.keyboards.iter().for_each(found_right);
     }
     outcome
+}
+
+fn found_right(keyboard: &Keyboard) {
+    let keys = match keyboard.layout.keys {
+        1 => "1 key".to_string(),
+        keys => format!("{keys} keys"),
+    };
+    say!("{}: ok ({keys} at {} Hz)", keyboard.name, keyboard.rate_hz);
+}
+
+/// That nothing is said of the loop of an instrument, if that is so.
+fn unjudged(model: &Model) -> &'static str {
+    if model.is_of_key() {
+        ""
+    } else {
+        " (its stability is not judged: that is of a key's one port)"
+    }
 }
 
 /// The devices that instruments are checked for.

@@ -2,6 +2,7 @@
 
 mod code;
 
+use std::ffi::OsString;
 use std::fmt::Display;
 
 use clap::ValueHint;
@@ -18,7 +19,7 @@ use whippen_runtime::device::Device;
 use whippen_runtime::image::{ImageInstrument, setup_to_bound};
 
 use super::opened::Opened;
-use super::{load, setup};
+use super::{load, option, setup};
 use crate::exit::{Failure, Outcome};
 use crate::say;
 
@@ -30,7 +31,7 @@ use crate::say;
 pub struct Args {
     /// The files of one program, and the name of an instrument if there are several
     #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
-    words: Vec<String>,
+    words: Vec<OsString>,
     /// The last pass to run: parse, check, simplify, lower, modes; select, promote, schedule,
     /// allocate, reorder, emit for machine code; image or budget, of 88 keys on the keyboard's
     /// board, or rp2350
@@ -40,11 +41,11 @@ pub struct Args {
     #[arg(long)]
     bare: bool,
     /// Of machine code: this mode alone
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = option::mode)]
     mode: Option<u32>,
     /// Of machine code: for the core of this board; the keyboard's, or rp2350 otherwise
     #[arg(long, value_name = "NAME|FILE.toml")]
-    board: Option<String>,
+    board: Option<OsString>,
 }
 
 pub fn run(args: &Args) -> Outcome {

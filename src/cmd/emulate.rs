@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use whippen_emulator::CoreKind;
 
 use super::file_plan::FilePlan;
-use super::load;
+use super::option;
 use crate::exit::{Failure, Outcome};
 use board::{BoardName, MemoryRange};
 use image::Image;
@@ -127,7 +127,7 @@ struct On {
     /// disagree
     ///
     /// 2 is the datasheet of RP2350; 1 is what others measured, the flags then come a cycle later.
-    #[arg(long, value_name = "1|2", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
+    #[arg(long, value_name = "1|2", default_value_t = 2, value_parser = option::shifted_flags)]
     shifted_flags: u8,
     #[command(flatten)]
     devices: Devices,
@@ -148,10 +148,10 @@ struct Devices {
     #[arg(long, value_name = "FILE")]
     drive: Option<PathBuf>,
     /// Keys of the converter [default: 88]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = option::keys)]
     keys: Option<u32>,
     /// Its ticks per second [default: 44100]
-    #[arg(long, value_name = "HZ", value_parser = load::rate)]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate)]
     rate: Option<u32>,
 }
 
@@ -166,7 +166,7 @@ struct EmulateOutputs {
     #[arg(long, value_name = "FILE.json")]
     profile: Option<PathBuf>,
     /// Wait for gdb on this TCP port of the local machine; 0 takes a free one and says which
-    #[arg(long, value_name = "PORT", conflicts_with_all = ["trace", "profile", "json"])]
+    #[arg(long, value_name = "PORT", value_parser = option::port, conflicts_with_all = ["trace", "profile", "json"])]
     gdb: Option<u16>,
     /// Print the result as one JSON object
     #[arg(long)]

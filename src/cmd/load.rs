@@ -1,10 +1,11 @@
 //! From the command line's files to checked and compiled instruments.
 
+use std::ffi::{OsStr, OsString};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-use whippen_compiler::check::{Options, Program, note_name, tick_rate};
+use whippen_compiler::check::{Options, Program, note_name};
 use whippen_compiler::diag::{Diagnostic, Severity, render, summary};
 use whippen_compiler::keyboard;
 use whippen_compiler::model::Model;
@@ -47,20 +48,30 @@ fn hint(path: &Path) -> &'static str {
 }
 
 /// Splits `FILE.. [INSTRUMENT]`: what ends in `.whip` or names a file is a file.
-pub fn split(words: &[String]) -> Result<(Vec<PathBuf>, Option<&str>), Failure> {
-    let is_file = |w: &&String| w.ends_with(".whip") || Path::new(w.as_str()).exists();
+pub fn split(words: &[OsString]) -> Result<(Vec<PathBuf>, Option<&str>), Failure> {
+    let is_file = |w: &&OsString| {
+        let path = Path::new(w);
+        path.extension().is_some_and(|e| e == "whip") || path.exists()
+    };
     let files: Vec<PathBuf> = words.iter().filter(is_file).map(PathBuf::from).collect();
-    let names: Vec<&String> = words.iter().filter(|w| !is_file(w)).collect();
+    let others = words.iter().filter(|w| !is_file(w));
+    let names: Vec<Option<&str>> = others.map(|w| w.to_str()).collect();
     match (files.is_empty(), names.as_slice()) {
-        (true, _) => Err(Failure::Usage(format!(
-            "`{}` is neither a .whip file nor exists",
-            words.join(" ")
-        ))),
-        (_, []) => Ok((files, None)),
-        (_, [name]) => Ok((files, Some(name))),
-        _ => Err(Failure::Usage(
+        (false, []) => Ok((files, None)),
+        (false, [Some(name)]) => Ok((files, Some(name))),
+        (false, [_, _, ..]) => Err(Failure::Usage(
             "at most one instrument can be named".to_string(),
         )),
+        _ => {
+            let typed: Vec<String> = words.iter().map(|w| w.display().to_string()).collect();
+            let meant = typed.iter().map(|word| format!("{word}.whip"));
+            let near = meant.into_iter().find(|file| Path::new(file).exists());
+            let near = near.map_or(String::new(), |file| format!("; did you mean `{file}`?"));
+            Err(Failure::Usage(format!(
+                "`{}` is neither a .whip file nor exists{near}",
+                typed.join(" ")
+            )))
+        }
     }
 }
 
@@ -99,15 +110,6 @@ pub fn checked(
         )));
     }
     Ok((map, program))
-}
-
-/// What `--tick-rate` is for.
-pub const TICK_RATE: &str = "Ticks per second, 1 to 1000000; the keyboard's otherwise, or 44100";
-
-/// `--tick-rate`: ticks per second.
-pub fn rate(text: &str) -> Result<u32, String> {
-    let hertz = text.parse().map_err(|_| format!("`{text}` is no number"))?;
-    tick_rate(hertz)
 }
 
 /// As [`checked`], in a form.
@@ -164,7 +166,7 @@ pub fn compiled_observed(
     probes: bool,
     observer: Observer,
 ) -> Result<Compiled, Failure> {
-    let compiled = pipeline::compile_observed(model, device.scales(), probes, observer);
+    let compiled = pipeline::compile_observed(model, &device.scales(), probes, observer);
     report_diagnostics(Form::Text, map, compiled)
 }
 
@@ -246,8 +248,10 @@ pub fn print(map: &SourceMap, diagnostics: &[Diagnostic], least: Severity) {
     if shown.len() > SHOWN_MAX {
         tell!("{} more are not shown", shown.len() - SHOWN_MAX);
     }
-    if let Some(worst) = shown.last().filter(|d| d.severity() > Severity::Note) {
-        tell!("{}", summary(diagnostics));
+    if let Some(worst) = shown.last() {
+        if worst.severity() > Severity::Note {
+            tell!("{}", summary(diagnostics));
+        }
         EXPLAINED.call_once(|| tell!("help: whippen explain {}", worst.code.number()));
     }
 }
@@ -257,7 +261,7 @@ static EXPLAINED: Once = Once::new();
 
 /// The device of an instrument, as [`device::find`] says.
 pub fn device(
-    wanted: Option<&str>,
+    wanted: Option<&OsStr>,
     map: &SourceMap,
     program: &Program,
     model: &Model,

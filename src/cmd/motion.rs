@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 use whippen_compiler::model::Model;
-use whippen_compiler::units::{Dim, parse_quantity, shown};
+use whippen_compiler::units::{Dim, shown};
 use whippen_runtime::gesture;
 use whippen_runtime::motion::{self, Layout, MotionOptions, Stops};
 use whippen_runtime::trajectory::Trajectory;
 
+use super::option;
 use crate::exit::Failure;
 
 /// How to read a recording.
@@ -16,7 +17,8 @@ use crate::exit::Failure;
 #[command(next_help_heading = "The motion")]
 pub struct MotionArgs {
     /// The key moves as recorded here: a table with titles such as t_s,x_mm (t_s,angle_deg for a
-    /// knob), or bare columns with --rate; without it a bundled gesture
+    /// knob, t_s,x_mm,y_mm for the ports x and y), or bare columns with --rate; without it a
+    /// bundled gesture
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     motion: Option<PathBuf>,
     /// How far the bundled gesture goes; 10 mm otherwise, or less where the instrument senses less,
@@ -24,56 +26,73 @@ pub struct MotionArgs {
     #[arg(long, value_name = "LENGTH|ANGLE", conflicts_with = "motion", value_parser = travel)]
     travel: Option<Travel>,
     /// Rows per second of bare columns
-    #[arg(long, value_name = "HZ", requires = "motion", value_parser = frequency)]
+    #[arg(long, value_name = "HZ", requires = "motion", value_parser = option::frequency)]
     rate: Option<f64>,
     /// The bare column with the position, counted from 1
-    #[arg(long, value_name = "N", requires = "rate", default_value_t = 1, value_parser = column)]
+    #[arg(long, value_name = "N", requires = "rate", default_value_t = 1, value_parser = option::column)]
     column: u32,
     /// Table from position to reading, by which bare readings become positions; without it they are
     /// metres
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, requires = "rate")]
     calibration: Option<PathBuf>,
     /// Position of the key at rest, becomes 0
-    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = option::length, allow_hyphen_values = true)]
     rest: Option<f64>,
     /// Position of the key when down, becomes --dip
-    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = option::length, allow_hyphen_values = true)]
     full: Option<f64>,
     /// Dip of the modelled key
-    #[arg(long, value_name = "LENGTH", requires = "full", value_parser = length, default_value = "10mm")]
+    #[arg(long, value_name = "LENGTH", requires = "full", value_parser = option::length, default_value = "10mm")]
     dip: f64,
     /// Low-pass filter without delay, against noise of the recording
-    #[arg(long, value_name = "FREQUENCY", requires = "motion", value_parser = frequency)]
+    #[arg(long, value_name = "FREQUENCY", requires = "motion", value_parser = option::frequency)]
     lowpass: Option<f64>,
 }
 
 /// Positions at the tick rate, and what is to be said about them.
 pub struct Positions {
-    /// Where the key is at every tick.
-    pub trajectory: Trajectory,
+    /// What each port senses at every tick; where the key is for the only one.
+    pub places: Vec<Trajectory>,
     /// When the first tick is (s): a recording keeps its own times.
     pub start_s: f64,
     pub notes: Vec<String>,
 }
 
 impl Positions {
+    /// How many ticks it lasts.
+    pub fn ticks(&self) -> usize {
+        ticks_of(&self.places)
+    }
+
+    /// Where the key is: the first port.
+    pub fn first(&self) -> Trajectory {
+        let none = || Trajectory::from(Vec::new());
+        self.places.first().cloned().unwrap_or_else(none)
+    }
+
     /// The same for so many ticks, if it is long enough: a gesture is repeated.
     pub fn lasting(self, ticks: usize) -> Positions {
-        let (before, rest) = (self.trajectory.ticks(), self.notes);
-        let trajectory = self.trajectory.lasting(ticks);
-        let note = if trajectory.ticks() > before {
+        let (before, rest) = (self.ticks(), self.notes);
+        let longer = |place: Trajectory| place.lasting(ticks);
+        let places: Vec<Trajectory> = self.places.into_iter().map(longer).collect();
+        let now = ticks_of(&places);
+        let note = if now > before {
             Some("repeated to the end")
-        } else if trajectory.ticks() < ticks {
+        } else if now < ticks {
             Some("it ends before --seconds")
         } else {
             None
         };
         Positions {
-            trajectory,
+            places,
             notes: rest.into_iter().chain(note.map(String::from)).collect(),
             ..self
         }
     }
+}
+
+fn ticks_of(places: &[Trajectory]) -> usize {
+    places.iter().map(Trajectory::ticks).max().unwrap_or(0)
 }
 
 impl MotionArgs {
@@ -83,6 +102,9 @@ impl MotionArgs {
             let message = "`--rest` and `--full` belong together: the positions of the key at rest and when down, \
                            such as `--rest 0.88mm --full 12.7mm`";
             return Err(Failure::Usage(message.to_string()));
+        }
+        if !model.is_of_key() {
+            return self.load_ports(model);
         }
         let (tick_rate_hz, turns) = (model.rate_hz, model.turns());
         let Some(path) = &self.motion else {
@@ -122,9 +144,49 @@ impl MotionArgs {
             ));
         }
         Ok(Positions {
-            trajectory: motion.positions,
+            places: vec![motion.positions],
             start_s: motion.start_s,
             notes,
+        })
+    }
+
+    /// The same for an instrument whose ports are found by their names.
+    fn load_ports(&self, model: &Model) -> Result<Positions, Failure> {
+        let names = model.senses.iter().map(|sense| sense.name.as_str());
+        let names: Vec<&str> = names.collect();
+        let of_key = [
+            ("--rate", self.rate.is_some()),
+            ("--rest", self.rest.is_some()),
+            ("--full", self.full.is_some()),
+            ("--travel", self.travel.is_some()),
+        ];
+        if let Some((option, _)) = of_key.iter().find(|(_, is_given)| *is_given) {
+            return Err(Failure::Usage(format!(
+                "{option} is for a key; `{}` has the ports `{}`, whose motion is a table with a titled column for each",
+                model.name,
+                names.join("`, `")
+            )));
+        }
+        let Some(path) = &self.motion else {
+            return Ok(MotionArgs::bundled(model, None));
+        };
+        let senses = model.senses.iter();
+        let ports: Vec<motion::WantedPort> = senses
+            .map(|sense| (sense.name.as_str(), sense.dim, sense.moves))
+            .collect();
+        let motion = motion::load_ports(path, &ports, self.lowpass, model.rate_hz)
+            .map_err(|e| Failure::Usage(e.to_string()))?;
+        let seconds = ticks_of(&motion.places) as f64 / f64::from(model.rate_hz);
+        let note = format!(
+            "{}: {} rows at {} Hz, {seconds:.2} s",
+            path.display(),
+            motion.samples_read,
+            motion.source_rate_hz
+        );
+        Ok(Positions {
+            places: motion.places,
+            start_s: motion.start_s,
+            notes: std::iter::once(note).chain(motion.notes).collect(),
         })
     }
 
@@ -135,6 +197,15 @@ impl MotionArgs {
 
     /// The bundled gesture, as far (m or rad) as is wanted.
     pub fn bundled(model: &Model, travel: Option<f64>) -> Positions {
+        if !model.is_of_key() {
+            let place = |gesture| Trajectory::of_gesture(gesture, model.rate_hz);
+            let gestures = gesture::bundled_ports(model);
+            return Positions {
+                places: gestures.into_iter().map(place).collect(),
+                start_s: 0.0,
+                notes: vec!["the bundled gesture of several ports (synthetic)".to_string()],
+            };
+        }
         let of = if model.turns() {
             Dim::NUMBER
         } else {
@@ -148,7 +219,7 @@ impl MotionArgs {
             None => gesture::bundled(model),
         };
         Positions {
-            trajectory: Trajectory::of_gesture(gesture, model.rate_hz),
+            places: vec![Trajectory::of_gesture(gesture, model.rate_hz)],
             start_s: 0.0,
             notes: vec![format!("the bundled gesture (synthetic){far}")],
         }
@@ -192,52 +263,9 @@ impl Travel {
 
 fn travel(text: &str) -> Result<Travel, String> {
     let travel = [Dim::LENGTH, Dim::NUMBER].into_iter().find_map(|dim| {
-        let end = quantity(text, dim, "").ok()?;
+        let end = option::quantity(text, dim, "").ok()?;
         Some(Travel { end, dim })
     });
     let possible = travel.filter(|travel| travel.end > 0.0 && travel.end.is_finite());
     possible.ok_or_else(|| "not a length or an angle above zero, such as 4mm or 30deg".to_string())
-}
-
-fn column(text: &str) -> Result<u32, String> {
-    let number = text.parse().ok().filter(|n| *n > 0);
-    number.ok_or_else(|| "not the number of a column, counted from 1".to_string())
-}
-
-fn length(text: &str) -> Result<f64, String> {
-    quantity(text, Dim::LENGTH, "a length, such as 12.7mm")
-}
-
-/// A frequency; a plain number is in Hz.
-fn frequency(text: &str) -> Result<f64, String> {
-    let hertz = text.parse::<f64>().map_or_else(
-        |_| quantity(text, Dim::PER_TIME, "a frequency, such as 200Hz"),
-        Ok,
-    )?;
-    if hertz.is_finite() && hertz > 0.0 {
-        Ok(hertz)
-    } else {
-        Err("a frequency is above zero".to_string())
-    }
-}
-
-/// A time; a plain number is in seconds.
-pub fn seconds(text: &str) -> Result<f64, String> {
-    let time = text
-        .parse::<f64>()
-        .map_or_else(|_| quantity(text, Dim::TIME, "a time, such as 10s"), Ok)?;
-    if time.is_finite() && time > 0.0 {
-        Ok(time)
-    } else {
-        Err("a time is above zero".to_string())
-    }
-}
-
-fn quantity(text: &str, dim: Dim, wanted: &str) -> Result<f64, String> {
-    use whippen_compiler::units::Quantity;
-    match parse_quantity(text) {
-        Ok(Quantity::Real { value, dim: found }) if found == dim => Ok(value),
-        Ok(_) => Err(format!("not {wanted}")),
-        Err(error) => Err(format!("{error}; wanted is {wanted}")),
-    }
 }

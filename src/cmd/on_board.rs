@@ -9,6 +9,7 @@ use whippen_runtime::device::Device;
 use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::engine::EngineKind;
 
+use super::option;
 use super::proof;
 use super::setup::{FIRST_NOTE, ImageSetup};
 use crate::exit::Outcome;
@@ -22,7 +23,7 @@ pub struct BoardArgs {
     board: Option<BoardKind>,
     /// How many keys the board has: all do what the key does. With --midi, the keys of the
     /// keyboard
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = option::keys)]
     pub keys: Option<u32>,
     /// Run an image that is not proven to be in time
     #[arg(long)]

@@ -1,6 +1,7 @@
 //! The files of one program on the command line, read once: those that are given, and those beside
 //! them that it needs.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use whippen_runtime::files::same_file;
@@ -25,7 +26,7 @@ impl<'w> Opened<'w> {
     ///
     /// # Errors
     /// A file cannot be read, or is given twice.
-    pub fn words(words: &'w [String]) -> Result<Opened<'w>, Failure> {
+    pub fn words(words: &'w [OsString]) -> Result<Opened<'w>, Failure> {
         let (files, name) = load::split(words)?;
         Ok(Opened {
             name,

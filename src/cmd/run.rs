@@ -3,6 +3,7 @@
 mod outputs;
 mod summary;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
@@ -19,10 +20,10 @@ use whippen_runtime::session::{self, Recorded, Recording, Run, RunError};
 use super::file_plan::FilePlan;
 use super::hand::HandArgs;
 use super::keys::{self, KeysArgs, Setup};
-use super::motion::{self, MotionArgs, Positions};
+use super::motion::{MotionArgs, Positions};
 use super::on_board::BoardArgs;
 use super::opened::Opened;
-use super::{command, errors, load, progress::Progress, watch};
+use super::{command, errors, load, option, progress::Progress, watch};
 use crate::device;
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say, tell};
@@ -40,7 +41,7 @@ pub use summary::report_load;
 pub struct Args {
     /// The files of one program, and the name of an instrument if there are several
     #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
-    words: Vec<String>,
+    words: Vec<OsString>,
     #[command(flatten)]
     motion: MotionArgs,
     #[command(flatten)]
@@ -61,11 +62,11 @@ pub struct Args {
     )]
     sets: Vec<String>,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP, help_heading = "The instrument")]
-    device: Option<String>,
-    #[arg(long, value_name = "HZ", value_parser = load::rate, help = load::TICK_RATE, help_heading = "The instrument")]
+    device: Option<OsString>,
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE, help_heading = "The instrument")]
     tick_rate: Option<u32>,
     /// Stop after so long
-    #[arg(long, value_name = "TIME", value_parser = motion::seconds)]
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = option::seconds)]
     seconds: Option<f64>,
     /// Run the f64 engine too, and print how far fixed point is from it
     #[arg(long)]
@@ -171,7 +172,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     let (program, engine) = (checked.program, checked.engine);
     let model = load::one_key(program, name, args.keys.key)?;
     let device = load::device(args.device.as_deref(), checked.map, program, &model)?;
-    if let Some(note) = device::unmeasured(&device, &model) {
+    for note in device::unmeasured(&device, &model) {
         tell!("note: {note}");
     }
     let mut positions = args.motion.load(&model)?;
@@ -237,8 +238,8 @@ fn print_errors(
     kind: EngineKind,
     positions: &Positions,
 ) -> Outcome {
-    let progress = Progress::new(positions.trajectory.ticks(), compiled.model.rate_hz);
-    let comparison = compare(compiled, device, kind, &positions.trajectory, |ticks| {
+    let progress = Progress::new(positions.ticks(), compiled.model.rate_hz);
+    let comparison = compare(compiled, device, kind, &positions.places, |ticks| {
         progress.at(ticks)
     });
     progress.done();
@@ -257,9 +258,13 @@ pub fn play(
     positions: &Positions,
     recording: Recording,
 ) -> Result<Run, Failure> {
-    let trajectory = &positions.trajectory;
-    let progress = Progress::new(trajectory.ticks(), compiled.model.rate_hz);
-    let motion = (trajectory.ticks(), |tick| trajectory.at(tick));
+    let progress = Progress::new(positions.ticks(), compiled.model.rate_hz);
+    let move_to = |tick: usize, places: &mut [f64]| {
+        for (place, trajectory) in places.iter_mut().zip(&positions.places) {
+            *place = trajectory.at(tick);
+        }
+    };
+    let motion = (positions.ticks(), move_to);
     let at = |ticks| progress.at(ticks);
     let run = session::record(compiled, device, kind, motion, recording, at);
     progress.done();

@@ -1,13 +1,14 @@
 //! The set-up of `build` and `budget`: compiled instruments, and the keyboard, device and board
 //! they are for.
 
-use std::path::{Path, PathBuf};
+use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
 
 use clap::ValueHint;
 use whippen_compiler::board::Board;
 use whippen_compiler::budget::NotBounded;
 use whippen_compiler::check::{Keyboard, Options, Program};
-use whippen_compiler::diag::{Severity, nearest};
+use whippen_compiler::diag::Severity;
 use whippen_compiler::firmware::{self, FirmwareError, FirmwareImage, ImageError};
 use whippen_compiler::image::LinkError;
 use whippen_compiler::keyboard::{InstrumentId, Layout, ZoneId};
@@ -23,33 +24,35 @@ use whippen_runtime::image::{self, ImageInstrument};
 
 use super::load;
 use super::opened::Opened;
+use super::option;
 use super::progress;
 use crate::device;
 use crate::exit::Failure;
+use crate::hardware::BOARD;
 use crate::say::tell;
 
 #[derive(Debug, clap::Args)]
 pub struct SetupArgs {
     /// The files of one program, and the name of an instrument if there are several
     #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
-    words: Vec<String>,
+    words: Vec<OsString>,
     /// The board, by name or as a TOML file; the keyboard's, or rp2350 otherwise
     #[arg(long, value_name = "NAME|FILE.toml")]
-    board: Option<String>,
+    board: Option<OsString>,
     /// How many keys on all cores; as many as the keyboard has, or 88 otherwise
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = option::keys)]
     keys: Option<u32>,
-    #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", value_parser = load::rate, help = load::TICK_RATE)]
+    #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
     rate: Option<u32>,
     /// So many instructions for all modes of a key, which are faster the more there may be; 0 for
     /// one mode that knows nothing
-    #[arg(long, value_name = "INSTRUCTIONS", default_value_t = INSTRUCTIONS)]
+    #[arg(long, value_name = "INSTRUCTIONS", allow_negative_numbers = true, default_value_t = INSTRUCTIONS, value_parser = option::modes)]
     modes: usize,
     /// Give a parameter another value, such as weight=0.4N
     #[arg(long = "set", value_name = "NAME=VALUE")]
     sets: Vec<String>,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
-    device: Option<String>,
+    device: Option<OsString>,
 }
 
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
@@ -81,9 +84,8 @@ impl SetupArgs {
 
     /// All files that are read besides the program's.
     pub fn files(&self) -> Vec<PathBuf> {
-        let board = self.board.iter().filter(|name| is_board_file(name));
-        let device = device::file(self.device.as_deref());
-        board.map(PathBuf::from).chain(device).collect()
+        let board = self.board.iter().filter_map(|name| BOARD.file(name));
+        board.chain(device::file(self.device.as_deref())).collect()
     }
 
     /// The instrument that was named, the only one, or the only one of the keyboard.
@@ -174,9 +176,14 @@ impl SetupArgs {
         program: &Program,
         model: &Model,
     ) -> Result<ImageSetup, Failure> {
-        let (keys, first_note) = program.keyboards.first().map_or((KEYS, FIRST_NOTE), |own| {
-            (own.layout.keys, own.layout.first_note)
-        });
+        // What is no instrument of a key is played once.
+        let usual = if model.is_of_key() { KEYS } else { 1 };
+        let (keys, first_note) = program
+            .keyboards
+            .first()
+            .map_or((usual, FIRST_NOTE), |own| {
+                (own.layout.keys, own.layout.first_note)
+            });
         let layout = Layout::of_one_instrument(&model.name, keys, first_note);
         self.compiled(map, program, &[model], layout)
     }
@@ -204,29 +211,16 @@ impl SetupArgs {
     }
 }
 
-/// Whether a board is named by its file.
-fn is_board_file(name: &str) -> bool {
-    name.ends_with(".toml")
-}
-
 /// The board that was named, the keyboard's, or the usual one.
-pub fn find_board(wanted: Option<&str>, keyboard: Option<&Keyboard>) -> Result<Board, Failure> {
-    let name = wanted
-        .or(keyboard.and_then(|k| k.board.as_deref()))
-        .unwrap_or("rp2350");
-    if is_board_file(name) {
-        return board::load(Path::new(name)).map_err(|e| Failure::Usage(e.to_string()));
-    }
-    board::bundled(name).ok_or_else(|| {
-        let near =
-            nearest(name, board::bundled_names()).map(|near| format!("; did you mean `{near}`?"));
-        let known: Vec<&str> = board::bundled_names().collect();
-        Failure::Usage(format!(
-            "there is no board `{name}`{}\nboards are {}; a file of your own ends in .toml",
-            near.unwrap_or_default(),
-            known.join(", ")
-        ))
-    })
+pub fn find_board(wanted: Option<&OsStr>, keyboard: Option<&Keyboard>) -> Result<Board, Failure> {
+    let of_keyboard = keyboard.and_then(|k| k.board.as_deref());
+    let name = wanted.unwrap_or_else(|| OsStr::new(of_keyboard.unwrap_or("rp2350")));
+    let found = match BOARD.file(name) {
+        Some(path) if path.exists() => board::load(&path).map_err(|e| e.to_string()),
+        Some(_) => Err(BOARD.absent(name)),
+        None => (name.to_str().and_then(board::bundled)).ok_or_else(|| BOARD.absent(name)),
+    };
+    found.map_err(Failure::Usage)
 }
 
 /// The prefix of all names of an instrument in code.
@@ -256,7 +250,7 @@ impl ImageSetup {
             keys: layout.keys,
             layout,
             device: device.clone(),
-            board: find_board(Some(kind.name()), None)?,
+            board: find_board(Some(OsStr::new(kind.name())), None)?,
             mode_instructions: INSTRUCTIONS,
         })
     }
@@ -297,6 +291,21 @@ impl ImageSetup {
         }
     }
 
+    /// That the firmware has the ports of every instrument.
+    fn check_ports(&self) -> Result<(), Failure> {
+        let mut models = self.instruments.iter().map(|compiled| &compiled.model);
+        let Some(model) = models.find(|model| !model.is_of_key()) else {
+            return Ok(());
+        };
+        let names: Vec<&str> = model.senses.iter().map(|s| s.name.as_str()).collect();
+        Err(Failure::Usage(format!(
+            "the firmware of whole images is one of keys, each with a sensor and a drive, and `{}` has the ports `{}`; \
+             build it for a project of your own (-o x.c, -o x.o), or run it here with --engine jit",
+            model.name,
+            names.join("`, `")
+        )))
+    }
+
     /// The image of the keys that are wanted.
     pub fn build(&self, instruments: &[ImageInstrument]) -> Result<FirmwareImage, Failure> {
         self.build_with(instruments, self.keys, image::setup)
@@ -319,6 +328,7 @@ impl ImageSetup {
         setup: impl Fn(&Compiled, &Device, u32, u32, u8) -> Result<firmware::Setup, String>,
     ) -> Result<FirmwareImage, Failure> {
         self.check_supported()?;
+        self.check_ports()?;
         let (cores, first_note) = (self.board.cores, self.layout.first_note);
         let setup =
             setup(self.first(), &self.device, keys, cores, first_note).map_err(Failure::Usage)?;

@@ -2,7 +2,8 @@
 //!
 //! `select`, `promote`, `schedule`, `allocate`, `reorder` and `code` (the bytes) print one mode.
 //! Words: `core=cortex-m0plus` (cortex-m33 otherwise); `modes` for the modes of the kernel, not one
-//! that knows nothing; `mode=N` for another than the first; of `code`, `function=init` or the like.
+//! that knows nothing; `mode=N` for another than the first; of `code`, `function=init` or the like,
+//! or `routine=mul_top` for what is called.
 
 use std::fmt::Write;
 use whippen_compiler::board::timing;
@@ -37,7 +38,8 @@ impl Asked {
                 ("core", "cortex-m4") => arch = Arch::V7EM,
                 ("core", "cortex-m0plus") => arch = Arch::V6M,
                 ("mode", number) => mode = number.parse().map_err(|_| format!("`{word}`"))?,
-                ("function", name) => function = Some(name.to_string()),
+                ("function", name) => function = Some(format!("k_{name}")),
+                ("routine", name) => function = Some(format!("k.{name}")),
                 ("modes", "") => split = true,
                 _ => return Err(format!("what is `{word}`?")),
             }
@@ -66,7 +68,7 @@ impl Asked {
 fn after(pass: Pass, text: &str, words: &[&str]) -> Result<Function, String> {
     let asked = Asked::read(text, words)?;
     let name = match &asked.function {
-        Some(function) => format!("k_{function}"),
+        Some(function) => function.clone(),
         None => format!("k.mode.{}", asked.mode),
     };
     let functions =

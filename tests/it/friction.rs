@@ -49,7 +49,7 @@ fn regimes(lives: [f64; 4], seconds: usize) -> [Regime; 2] {
     let compiled = rubbed_mass();
     let (kernel, exports) = (&compiled.lowered.kernel, &compiled.lowered.exports);
     let mut interp = Interp::new(kernel, 1).unwrap();
-    let mut ideal = Ideal::new(&compiled.model, Device::of(&compiled.model).scales(), 1);
+    let mut ideal = Ideal::new(&compiled.model, &Device::of(&compiled.model).scales(), 1);
     for (live, value) in lives.into_iter().enumerate() {
         interp
             .set_live(live, compiled.lowered.lives[live].quantize(value))

@@ -39,4 +39,5 @@ mod rings;
 mod stability;
 mod strokes;
 mod tables;
+mod told;
 mod zones;

@@ -81,15 +81,12 @@ fn a_device_is_named_or_given_as_a_file_in_every_command() {
         let refuses = |device: &str, says: &[&str]| {
             shell.refuses(2, &words(command, &["dial.whip", "--device", device]), says);
         };
-        let known = "devices are knob, mikey; a file of your own ends in .toml";
+        let known = "devices are knob, mikey, mouse, pad, touch; docs/how-to/device.md says how";
         refuses(
             "knobb",
             &["there is no device `knobb`; did you mean `knob`?", known],
         );
-        refuses(
-            "absent.toml",
-            &["absent.toml: there is no such file", known],
-        );
+        refuses("absent.toml", &["there is no file `absent.toml`", known]);
         refuses(
             "mikey",
             &[
@@ -224,7 +221,7 @@ fn the_tick_rate_of_the_command_line_wins() {
         for wrong in ["0", "1000001", "44100.5", "fast"] {
             let command = words(command, &["dial.whip", "--tick-rate", wrong]);
             let says: &[&str] = match wrong {
-                "fast" => &["`fast` is no number"],
+                "fast" => &["`fast` is not a number", "wanted is a rate"],
                 _ => &["a whole number of ticks per second, from 1 to 1000000 Hz"],
             };
             shell.refuses(2, &command, says);
@@ -377,7 +374,7 @@ fn a_full_disk_is_told_and_nothing_else_ends_the_command() {
     let (code, err) = whippen("check dial.whip --numbers > /dev/full");
     assert_eq!(code, Some(2), "{err}");
     assert!(
-        err.contains("cannot write to stdout: No space left"),
+        err.contains("cannot write to stdout: no space left"),
         "{err}"
     );
     assert_eq!(whippen("check absent.whip 2> /dev/full").0, Some(2));

@@ -478,7 +478,7 @@ fn json_has_the_code_and_the_severity_of_both_levels() {
         ("wall.whip", ["WH0702", "warning"]),
         ("dry.whip", ["WH0704", "note"]),
     ] {
-        let (out, _) = shell.ends(0, &["check", file, "--stability", "--json"]);
+        let (out, _) = shell.ends(0, &["check", file, "--json"]);
         assert!(words.iter().all(|w| out.contains(w)), "{out}");
     }
 }

@@ -5,4 +5,5 @@ mod flags;
 mod instruments;
 mod listing;
 mod random;
+mod string;
 mod target;

@@ -19,6 +19,7 @@
 //! | `search` | the strategy of each mode, by worst-case cycles |
 //! | `select` | instruction selection |
 //! | `v6m` | legalization for ARMv6-M, which has fewer instructions |
+//! | `wave` | the tick of a string, as a routine |
 //! | `promote` | tick constants in registers from key to key |
 //! | `schedule` | list scheduling under register pressure |
 //! | `allocate` | register allocation, by `regalloc2` |
@@ -68,6 +69,7 @@ mod tick_invariant;
 mod tuning;
 mod v6m;
 mod validate;
+mod wave;
 
 use crate::image::{Object, Section, SectionKind, timing};
 use compile::Compiler;
@@ -113,6 +115,15 @@ pub enum ThumbError {
     Keys(u32),
     /// More modes than addresses have room.
     Modes(usize),
+    /// A string lies further from the beginning of the record than loads reach.
+    Reach {
+        /// The cell of its displacements.
+        name: String,
+        /// Offset of its last word in the record, in bytes.
+        end: u32,
+        /// The furthest that there may be.
+        max: u32,
+    },
     /// A bug: no registers, or no encoding.
     Bug(String),
 }
@@ -125,6 +136,11 @@ impl fmt::Display for ThumbError {
                 "{keys} keys do not fit: a core takes 1 to 65536 keys in 16 MiB"
             ),
             ThumbError::Modes(modes) => write!(f, "{modes} modes, more than {LITERALS_MAX}"),
+            ThumbError::Reach { name, end, max } => write!(
+                f,
+                "the string `{name}` ends {end} bytes behind the beginning of its key's record, \
+                 and code reaches {max}; let it have fewer points"
+            ),
             ThumbError::Bug(what) => write!(f, "no code: {what}"),
         }
     }
@@ -301,6 +317,7 @@ fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
         .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
     let mut object = assemble_object(&modes.kernel, &parts.layout, options, &parts.literals, code);
     v6m::add_routines(&mut object, options)?;
+    wave::add_routines(&mut object, &modes.kernel, &parts.layout, options)?;
     Ok(Built {
         object,
         layout: parts.layout,

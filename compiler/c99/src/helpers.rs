@@ -76,15 +76,56 @@ static inline int32_t whippen_sqrt(int64_t a)
 #endif
 ";
 
+const SAT: &str = "\
+#ifndef WHIPPEN_SAT
+#define WHIPPEN_SAT
+/* The word nearest to a. */
+static inline int32_t whippen_sat(int64_t a)
+{
+    return a < INT32_MIN ? INT32_MIN : a > INT32_MAX ? INT32_MAX : (int32_t)a;
+}
+#endif
+";
+
+const WAVE: &str = "\
+#ifndef WHIPPEN_WAVE
+#define WHIPPEN_WAVE
+static inline uint32_t whippen_top(int32_t k, int32_t x)
+{
+    return (uint32_t)(((int64_t)k * x + 0x80000000) >> 32);
+}
+
+/* One tick of a string of n points, each so many words behind the last: bends wb, w, wa of the point before, here, behind; rates alike. */
+static inline void whippen_wave(int32_t *u, int32_t *v, int step, int n, int32_t k0, int32_t k1, int32_t k2, int32_t k3, int left, int right)
+{
+    int32_t u0 = u[0], u1 = u[step], e = (int32_t)((uint32_t)u1 - (uint32_t)u0), vb = 0, v0 = v[0];
+    int32_t wb = whippen_sat((int64_t)left * u0), w = whippen_sat((int64_t)e - u0);
+    for (int l = 0; l < n; l++, u += step, v += step) {
+        int32_t ua = l + 2 < n ? u[2 * step] : 0, va = l + 1 < n ? v[step] : 0;
+        int32_t ea = (int32_t)((uint32_t)ua - (uint32_t)u1);
+        int32_t wa = whippen_sat(l + 1 < n ? (int64_t)ea - e : (int64_t)right * u0);
+        uint32_t a = whippen_top(k0, w) + whippen_top(k1, whippen_sat((int64_t)wb + wa));
+        a += whippen_top(k2, whippen_sat((int64_t)vb + va)) + whippen_top(k3, v0);
+        *v = whippen_sat((int64_t)v0 + (int32_t)a);
+        *u = (int32_t)((uint32_t)u0 + 2 * (uint32_t)*v);
+        u0 = u1; u1 = ua; e = ea; wb = w; w = wa; vb = v0; v0 = va;
+    }
+}
+#endif
+";
+
 /// The functions that a text calls.
 pub(super) fn needed(text: &str) -> String {
     let table = [
-        (SHL32, "whippen_shl32("),
-        (SHL64, "whippen_shl64("),
-        (DIV, "whippen_div_round("),
-        (QUOT, "whippen_quot("),
-        (SQRT, "whippen_sqrt("),
+        (SHL32, &["whippen_shl32("][..]),
+        (SHL64, &["whippen_shl64("]),
+        (DIV, &["whippen_div_round("]),
+        (QUOT, &["whippen_quot("]),
+        (SQRT, &["whippen_sqrt("]),
+        (SAT, &["whippen_sat(", "whippen_wave("]),
+        (WAVE, &["whippen_wave("]),
     ];
-    let called = table.into_iter().filter(|(_, call)| text.contains(call));
+    let is_called = |calls: &[&str]| calls.iter().any(|call| text.contains(call));
+    let called = table.into_iter().filter(|(_, calls)| is_called(calls));
     called.map(|(helper, _)| helper).collect()
 }

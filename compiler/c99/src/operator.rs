@@ -1,7 +1,7 @@
 //! Operators. What gives a result becomes an expression, what has an effect a statement.
 
 use super::{Layout, Writer, literal};
-use whippen_kernel::{Inst, Op};
+use whippen_kernel::{Inst, Op, wave};
 
 impl Writer<'_> {
     /// An operator without regions.
@@ -54,6 +54,8 @@ impl Writer<'_> {
             Op::AddWrap => format!("(int32_t)((uint32_t){a} + (uint32_t){b})"),
             Op::SubWrap => format!("(int32_t)((uint32_t){a} - (uint32_t){b})"),
             Op::MulWrap => format!("(int32_t)((uint32_t){a} * (uint32_t){b})"),
+            Op::AddSat => format!("whippen_sat((int64_t){a} + {b})"),
+            Op::SubSat => format!("whippen_sat((int64_t){a} - {b})"),
             Op::ShlWrap(n) => format!("(int32_t)((uint32_t){a} << {n})"),
             Op::Eq => format!("{a} == {b}"),
             Op::Lt => format!("{a} < {b}"),
@@ -71,6 +73,7 @@ impl Writer<'_> {
             Op::Set(cell) => format!("{} = {a}", self.cell(cell, "0")),
             Op::GetAt(cell) => self.cell_at(cell, a),
             Op::SetAt(cell) => format!("{} = {b}", self.cell_at(cell, a)),
+            Op::Wave(u, v) => self.wave(inst, [u, v]),
             Op::Delay(line, ticks) => self.element(line, &self.slot(line, ticks)),
             Op::Push(line) => self.pushed(line, a),
             Op::Fill(line) => self.filled(line, a),
@@ -128,6 +131,20 @@ impl Writer<'_> {
     fn cell_at(&self, cell: u32, index: &str) -> String {
         let len = self.kernel.cells[cell as usize].len as usize;
         self.cell(cell, &self.inside(index, len))
+    }
+
+    /// One tick of a string: the function gets its first points and the words from one to the next.
+    fn wave(&self, inst: &Inst, cells: [u32; 2]) -> String {
+        let [u, v] = cells.map(|cell| self.cell(cell, "0"));
+        let count = self.kernel.cells[cells[0] as usize].len;
+        let step = match self.options.layout {
+            Layout::Records => 1,
+            Layout::Columns => self.options.keys,
+        };
+        let k: Vec<&str> = inst.args[..4].iter().map(|k| self.value(*k)).collect();
+        let [left, right] = wave::ends(&self.kernel.values, &inst.args);
+        let k = k.join(", ");
+        format!("whippen_wave(&{u}, &{v}, {step}, {count}, {k}, {left}, {right})")
     }
 
     fn lookup(&self, table: u32, column: u32, row: &str) -> String {

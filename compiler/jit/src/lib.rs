@@ -29,7 +29,9 @@
 mod compile;
 mod lanes;
 mod loop_context;
+mod saturate;
 mod translate;
+mod wave;
 
 use compile::{Compiled, Function};
 use loop_context::{BUFFERS, Buffer};

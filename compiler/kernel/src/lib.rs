@@ -27,6 +27,7 @@
 //! | `print`, [`mod@parse`] | the text of a Kernel, both ways |
 //! | [`mod@verify`] | types, dominance, effects, intervals, sizes |
 //! | [`layout`], [`memory`] | where everything lies; what operators on memory mean |
+//! | [`wave`] | one tick of a string |
 //! | [`interp`] | the reference engine, built from the table alone |
 //! | `strip` | the same Kernel without probes |
 //! | `walk`, `region` | the walk that translators share; every instruction of a region, and what is counted over them |
@@ -47,6 +48,7 @@ mod region;
 mod strip;
 pub mod verify;
 mod walk;
+pub mod wave;
 
 pub use build::Builder;
 pub use interp::Interp;

@@ -89,6 +89,12 @@ pub enum Sort {
     Index,
     /// As many `i32` operands as the event has arguments.
     Args,
+    /// `i32`, proven to be at least 0.
+    Plus,
+    /// `i32`, proven to be at most 0.
+    Minus,
+    /// `i32`, proven to be 0 (pinned) or to be 2 (clamped): how the end of a string is held.
+    End,
 }
 
 /// What an operator does besides giving a result.
@@ -292,6 +298,10 @@ operators! {
     SubWrap               "sub_wrap"  (I32 I32 -> I32)     Pure Wrapping Exact(|_, a, b, _| a - b);
     /// The product modulo `2^32`.
     MulWrap               "mul_wrap"  (I32 I32 -> I32)     Pure Wrapping Exact(|_, a, b, _| a * b);
+    /// The sum, or the end of the type nearest to it (QADD).
+    AddSat                "add_sat"   (I32 I32 -> I32)     Pure Corners  Exact(|_, a, b, _| saturated(a + b));
+    /// The difference, or the end of the type nearest to it (QSUB).
+    SubSat                "sub_sat"   (I32 I32 -> I32)     Pure Corners  Exact(|_, a, b, _| saturated(a - b));
     /// Left shift modulo `2^32`.
     ShlWrap(n: u8 Shift)  "shl_wrap"  (I32 -> I32)         Pure Wrapping Exact(|n, a, _, _| a << n);
     /// Whether both are equal.
@@ -326,6 +336,8 @@ operators! {
     GetAt(i: u32 Cell)   "get_at" (Index -> Own) Reads        Declared Reads(|k, [i, _], v| k.get(i, v[0]));
     /// Stores a word of a cell.
     SetAt(i: u32 Cell)   "set_at" (Index Own ->) Writes       None     Writes(|k, [i, _], v| k.set(i, v[0], v[1]));
+    /// One tick of a string: its displacements, its rates, and the coefficients `k0` to `k3` (`wave` says what they are).
+    Wave(u: u32 Cell, v: u32 Cell) "wave" (Plus Minus Plus Minus End End ->) Writes None Writes(|k, [u, v], a| k.wave(u, v, a));
     /// What was pushed onto a line so many ticks ago; stands before the line's push.
     Delay(i: u32 Line, n: u32 Ticks) "delay"  (-> Own)       Reads        Declared Reads(|k, [i, n], _| k.delay(i, n));
     /// Pushes onto a line.
@@ -347,6 +359,11 @@ operators! {
 /// `floor(a / 2^n + 1/2)`
 fn sar_round(a: i128, n: i128) -> i128 {
     (a + ((1 << n) >> 1)) >> n
+}
+
+/// The word nearest to `a`.
+fn saturated(a: i128) -> i128 {
+    a.clamp(i32::MIN.into(), i32::MAX.into())
 }
 
 /// `floor(a / b + 1/2)`, 0 where `b` is 0.

@@ -198,10 +198,10 @@ impl Kernel {
         let immediates = inst.op.row().immediates.iter().zip(inst.op.immediates());
         let (declared, numbers): (Vec<_>, Vec<_>) =
             immediates.partition(|(kind, _)| kind.is_declared());
-        for (_, index) in declared {
+        for (place, (_, index)) in declared.into_iter().enumerate() {
             let name = inst
                 .op
-                .declared(self)
+                .declared_by(self, place)
                 .map_or(format!("#{index}"), |own| Name(own.name).to_string());
             line += &format!(" {name}");
         }

@@ -11,6 +11,7 @@
 mod declare;
 mod draw;
 mod statement;
+mod string;
 mod value;
 
 pub use draw::Draw;

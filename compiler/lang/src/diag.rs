@@ -5,6 +5,7 @@
 //! Rendering is done by `ariadne`. Phases collect them in a list and go on.
 
 pub mod codes;
+mod excerpt;
 pub mod explain;
 mod nearest;
 pub mod render;

@@ -184,13 +184,11 @@ pub fn transfer(
         &Node::Min(a, b) => of(a).min(of(b)),
         &Node::Max(a, b) => of(a).max(of(b)),
         &Node::Abs(a) => of(a).abs(),
-        &Node::Power(a, halves) if halves % 2 == 1 && of(a).low < 0.0 => {
-            return Err(Problem::NegativeBase(of(a)));
+        &Node::Power(a, halves) => power(of(a), halves)?,
+        &Node::Function(function, a) => {
+            let found = function.interval(of(a));
+            found.ok_or(Problem::OutsideDomain(function, of(a)))?
         }
-        &Node::Power(a, halves) => of(a).power(halves),
-        &Node::Function(function, a) => function
-            .interval(of(a))
-            .ok_or(Problem::OutsideDomain(function, of(a)))?,
         &Node::Compare(cmp, a, b) => compare(cmp, of(a), of(b)),
         &Node::And(a, b) => of(a).min(of(b)),
         &Node::Or(a, b) => of(a).max(of(b)),
@@ -209,6 +207,13 @@ pub fn transfer(
     } else {
         Err(Problem::Unbounded)
     }
+}
+
+fn power(a: Interval, halves: u8) -> Result<Interval, Problem> {
+    if halves % 2 == 1 && a.low < 0.0 {
+        return Err(Problem::NegativeBase(a));
+    }
+    Ok(a.power(halves))
 }
 
 fn divide(a: Interval, b: Interval) -> Result<Interval, Problem> {

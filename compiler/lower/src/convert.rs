@@ -102,23 +102,71 @@ impl Lowerer<'_> {
             return Ok(kept);
         }
         let shift = Scale::plain(scale.lsb).quantize(-scale.offset);
-        let counted = self.counted(
-            real,
-            scale.lsb,
-            Range::new(range.low - shift, range.high - shift),
-            few,
-        )?;
-        let value = if shift == 0 {
-            counted.value
-        } else {
-            let shift = self.constant(shift)?;
-            self.b.op(Op::Add, &[counted.value, shift])?
+        let kept = match self.shifted(real, scale.lsb, range, few, shift) {
+            Err(OpError::Overflow { .. }) => self.shifted_first(real, scale.lsb, range, shift)?,
+            kept => kept?,
         };
         Ok(Kept {
-            value,
-            error: counted.error + (scale.offset + shift as f64 * scale.lsb).abs(),
-            ..counted
+            error: kept.error + (scale.offset + shift as f64 * scale.lsb).abs(),
+            ..kept
         })
+    }
+
+    /// A real in units of `lsb`, `shift` of them higher, kept within `range`.
+    fn shifted(
+        &mut self,
+        real: Real,
+        lsb: f64,
+        range: Range,
+        few: i64,
+        shift: i64,
+    ) -> Result<Kept, OpError> {
+        let below = Range::new(range.low - shift, range.high - shift);
+        let counted = self.counted(real, lsb, below, few)?;
+        if shift == 0 {
+            return Ok(counted);
+        }
+        let shift = self.constant(shift)?;
+        let value = self.b.op(Op::Add, &[counted.value, shift])?;
+        Ok(Kept { value, ..counted })
+    }
+
+    /// The same of a coarser real, where `range` without the shift is no word: what is whole of the
+    /// shift in the real's own units is added there.
+    fn shifted_first(
+        &mut self,
+        real: Real,
+        lsb: f64,
+        range: Range,
+        shift: i64,
+    ) -> Result<Kept, OpError> {
+        let real = self.in_powers(real, lsb)?;
+        let n = power_of_two(real.lsb / lsb).unwrap_or(0).clamp(0, 31);
+        let whole = shift >> n;
+        let rest = shift - (whole << n);
+        let ends = Range::new(-(-range.low >> n), (range.high - rest) >> n);
+        let own = Range::new(ends.low - whole, ends.high - whole);
+        let kept = self.clamped(real.value, own)?;
+        let (whole, part) = (self.constant(whole)?, self.constant(rest)?);
+        let kept = self.b.op(Op::Add, &[kept, whole])?;
+        let moved = self.moved(kept, n)?;
+        let value = self.b.op(Op::Add, &[moved, part])?;
+        let above = range.high - (ends.high << n) - rest;
+        let below = (ends.low << n) + rest - range.low;
+        Ok(Kept {
+            value,
+            error: real.error,
+            beside: above.max(below).max(0) as f64 * lsb,
+        })
+    }
+
+    /// A real without offset whose unit is a power of two times `lsb`.
+    fn in_powers(&mut self, real: Real, lsb: f64) -> Result<Real, OpError> {
+        if power_of_two(real.lsb / lsb).is_some() {
+            self.plain(real)
+        } else {
+            self.rescaled(real, lsb)
+        }
     }
 
     /// A real that is coarser than `scale`, and whose offset is no more than a few of its units
@@ -158,11 +206,7 @@ impl Lowerer<'_> {
 
     /// A real in units of `lsb`, kept within `range`, as far as `few` of the real's own units.
     fn counted(&mut self, real: Real, lsb: f64, range: Range, few: i64) -> Result<Kept, OpError> {
-        let real = if power_of_two(real.lsb / lsb).is_some() {
-            self.plain(real)?
-        } else {
-            self.rescaled(real, lsb)?
-        };
+        let real = self.in_powers(real, lsb)?;
         let n = power_of_two(real.lsb / lsb).unwrap_or(0);
         if n <= 0 {
             let value = self.moved(real.value, n)?;

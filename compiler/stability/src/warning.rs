@@ -158,10 +158,20 @@ fn told(
     for hint in advice(model, stability, (blame, most), search) {
         diagnostic = diagnostic.hint(hint);
     }
-    if mode.name == "everywhere" {
-        diagnostic
-    } else {
-        diagnostic.hint(format!("this is where {}", mode.name))
+    if mode.name != "everywhere" {
+        diagnostic = diagnostic.hint(format!("this is where {}", mode.name));
+    }
+    explained(code, diagnostic)
+}
+
+/// With what ringing is, where something rings.
+fn explained(code: Code, diagnostic: Diagnostic) -> Diagnostic {
+    match code {
+        Code::Unstable => diagnostic.hint(
+            "to ring is to swing to and fro without being moved, felt or heard as a hum: \
+             the force comes a little after the motion that it answers (docs/stability.md)",
+        ),
+        _ => diagnostic,
     }
 }
 
@@ -284,7 +294,8 @@ fn restless(
     };
     let label = format!("where {}", mode.name);
     let hint = "either it falls over, or its springs and dampers are too stiff for its inertia at this rate";
-    Some(Diagnostic::new(code, model.span, message, label).hint(hint))
+    let diagnostic = Diagnostic::new(code, model.span, message, label).hint(hint);
+    Some(explained(code, diagnostic))
 }
 
 fn moved(model: &Model) -> &'static str {

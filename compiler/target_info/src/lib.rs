@@ -103,6 +103,8 @@ pub const fn row(op: Op) -> Row {
         Op::AddWrap => new([1, 2], InPlace, Hoisted),
         Op::SubWrap => new([1, 2], InPlace, Hoisted),
         Op::MulWrap => new([1, 3], InPlace, Hoisted),
+        Op::AddSat => new([1, 1], InPlace, Hoisted),
+        Op::SubSat => new([1, 1], InPlace, Hoisted),
         Op::ShlWrap(_) => new([1, 2], InPlace, Stays),
         Op::Eq => new([1, 1], AtDecisions, Stays),
         Op::Lt => new([1, 1], AtDecisions, Stays),
@@ -122,6 +124,8 @@ pub const fn row(op: Op) -> Row {
         Op::Set(_) => new([1, 2], InPlace, Stays),
         Op::GetAt(_) => new([2, 3], InPlace, Stays),
         Op::SetAt(_) => new([2, 3], InPlace, Stays),
+        // A call; how many points a string has is not known here.
+        Op::Wave(..) => new([500, 500], InPlace, Stays),
         Op::Delay(..) => new([1, 2], InPlace, Stays),
         Op::Push(_) => new([1, 1], InPlace, Stays),
         Op::Fill(_) => new([1, 1], InPlace, Stays),

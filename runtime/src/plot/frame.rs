@@ -64,7 +64,10 @@ pub fn shown(unit: &str) -> (String, f64) {
         "m" => ("mm".into(), 1e3),
         "n" => ("N".into(), 1.0),
         "n_m" => ("mN·m".into(), 1e3),
-        _ => (unit.replace("_per_", "/").replace('_', "·"), 1.0),
+        _ => match unit.strip_prefix("per_") {
+            Some(below) => (format!("1/{}", below.replace('_', "·")), 1.0),
+            None => (unit.replace("_per_", "/").replace('_', "·"), 1.0),
+        },
     }
 }
 

@@ -1,5 +1,7 @@
 //! Panels of quantities over time.
 
+use whippen_compiler::units::Dim;
+
 use super::axis::Axis;
 use super::decimate::line;
 use super::drawing::{Anchor, Colour, Drawing};
@@ -8,6 +10,7 @@ use super::frame::{
     line_colour, moved, shown, upright_grid,
 };
 use super::{Mark, Series, font};
+use crate::titles::unit_of_suffix;
 
 /// A line of a panel.
 struct Line<'a> {
@@ -95,7 +98,7 @@ pub fn forces(
     );
 }
 
-/// Coordinates of one unit.
+/// Coordinates and other values of one unit.
 pub fn coordinates(page: &mut Drawing, clock: &Clock, place: (f64, f64), series: &[&Series]) {
     let line = |(i, series)| Line {
         series,
@@ -103,13 +106,26 @@ pub fn coordinates(page: &mut Drawing, clock: &Clock, place: (f64, f64), series:
         width: 1.5,
     };
     let lines: Vec<Line> = series.iter().copied().enumerate().map(line).collect();
-    let name = match unit_of(&lines) {
-        "rad" => "angle",
-        "m" => "position",
-        _ => "coordinate",
-    };
+    let name = quantity(unit_of(&lines));
     let (unit, factor) = shown(unit_of(&lines));
     panel(page, clock, place, (name, unit, factor), &lines);
+}
+
+/// What has a unit; where several have it, what is most likely beside a key.
+fn quantity(unit: &str) -> &'static str {
+    match unit {
+        "" => "number",
+        "rad" => "angle",
+        "rad_per_s" => "angular rate",
+        "m" => "position",
+        "per_s" => "frequency",
+        "n_m" => "torque",
+        _ => {
+            let dim = unit_of_suffix(unit).map(|unit| unit.dim);
+            let name = dim.and_then(Dim::name);
+            name.filter(|name| !name.contains('_')).unwrap_or("value")
+        }
+    }
 }
 
 fn unit_of<'a>(lines: &[Line<'a>]) -> &'a str {

@@ -76,7 +76,7 @@ impl Section {
                 .collect(),
             not_drawn(compiled, run).into_iter().collect(),
         ];
-        let told = run.counts.told();
+        let told = run.counts.told(session::driven(model));
         Section {
             id: id(&model.name),
             title: model.name.replace('_', " "),
@@ -147,11 +147,11 @@ pub fn id(name: &str) -> String {
 
 fn device(device: &Device) -> String {
     let (low, high, full_scale) = (
-        device.sensor.low,
-        device.sensor.high,
-        device.drive.full_scale,
+        device.sensor().low,
+        device.sensor().high,
+        device.drive().full_scale,
     );
-    let text = if device.turns {
+    let text = if device.turns() {
         let (low, high) = (low.to_degrees(), high.to_degrees());
         format!(
             "{}: sensor {low:.1} to {high:.1} deg, drive ±{} mN·m",
@@ -191,10 +191,7 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
         )))
     };
     let mut facts = vec![
-        (
-            "strikes".to_string(),
-            run.happenings.strikes.count.to_string(),
-        ),
+        ("strikes".to_string(), run.happenings.strikes.to_string()),
         (
             "played".to_string(),
             format!(
@@ -204,12 +201,13 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
             ),
         ),
     ];
-    let (force, travel) = if compiled.model.turns() {
-        ("torque", "furthest")
+    let force = session::driven(&compiled.model);
+    let travel = if compiled.model.turns() {
+        "furthest"
     } else {
-        ("force", "deepest")
+        "deepest"
     };
-    let at = peak(ExportKind::Total, &shown).map(|at| (format!("greatest {force}"), at));
+    let at = peak(ExportKind::Total(0), &shown).map(|at| (format!("greatest {force}"), at));
     let moved = |suffix: &str| {
         let (_, unit, factor) = moved(suffix);
         (unit, factor)
@@ -225,7 +223,6 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
         return session::figure(compiled, run);
     }
     let rest = session::titles(compiled, &|kind| match kind {
-        ExportKind::Sense(s) => s > 0,
         ExportKind::Cell(id) => {
             [CellKind::Rate, CellKind::State].contains(&compiled.model.cells[id].kind)
         }
@@ -284,7 +281,7 @@ fn events(run: &Run, marked: &str) -> Table {
             titles.push(title);
         }
     }
-    let others = all.events - all.strikes.count;
+    let others = all.events - all.strikes;
     let (mut strikes, mut listed) = (0, 0);
     let mut rows = Vec::new();
     for event in &trace.events {
@@ -302,10 +299,13 @@ fn events(run: &Run, marked: &str) -> Table {
             String::new()
         }
     };
-    let note = cut(all.strikes.count, "strikes") + &cut(others, "other events");
+    let note = cut(all.strikes, "strikes") + &cut(others, "other events");
     let argument = |title: &&str| {
         let (name, unit) = split_title(title);
-        heading(name, &unit.map_or(String::new(), |unit| unit.dim.unit()))
+        heading(
+            name,
+            &unit.map_or(String::new(), |unit| unit.dim.unit_without_angle()),
+        )
     };
     let heads = ["#", "time (s)", "event"]
         .map(String::from)

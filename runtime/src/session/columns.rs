@@ -1,9 +1,9 @@
 //! The columns of a run: which values there are, what they are called, which are wanted.
 
 use whippen_compiler::lower::{Export, ExportKind, LoweredEventKind};
-use whippen_compiler::model::{CellKind, EmissionId, Model};
+use whippen_compiler::model::{CellId, CellKind, EmissionId, Model};
 use whippen_compiler::pipeline::Compiled;
-use whippen_compiler::units::Dim;
+use whippen_compiler::units::{Dim, unit_suffix};
 
 use crate::device::Device;
 use crate::engine::EngineKind;
@@ -14,8 +14,8 @@ use crate::trace::{Argument, Column, Heading, Trace};
 /// Where the values of a column come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signal {
-    /// The force that the drive was told to give.
-    Drive,
+    /// The force that a drive was told to give (its number among the driven ports).
+    Drive(usize),
     /// A value of the program (index of the export).
     Export(usize),
     /// What is observed of the body that moves (its index there).
@@ -31,9 +31,9 @@ pub struct Recorded {
     pub source: Signal,
 }
 
-/// The columns of a run on an engine: the drive, then senses with their derivatives, the sum of
+/// The columns of a run on an engine: the drives, then senses with their derivatives, the sum of
 /// forces, forces, `let`s, coordinates, rates, states, and what is observed of the body. An engine
-/// without values inside of ticks has the drive alone. A title that occurs again gets a number.
+/// without values inside of ticks has the drives alone. A title that occurs again gets a number.
 pub fn recorded(
     compiled: &Compiled,
     device: &Device,
@@ -42,13 +42,18 @@ pub fn recorded(
 ) -> Vec<Recorded> {
     let model = &compiled.model;
     let words = kind != EngineKind::Ideal;
-    let drive = Heading {
-        name: "drive".into(),
-        unit: drive_unit(model),
-        step: Some(device.scales().drive_lsb),
-        ..Heading::default()
+    let scales = device.scales().of(model);
+    let drive = |(number, port): (usize, usize)| {
+        let heading = Heading {
+            name: model.name_of_driven("drive", port),
+            unit: unit_suffix(&model.dim_of_driven(port).unit()),
+            step: Some(scales[port].drive_lsb),
+            ..Heading::default()
+        };
+        (heading, Signal::Drive(number))
     };
-    let mut columns = vec![(drive, Signal::Drive)];
+    let drives = model.drives();
+    let mut columns: Vec<(Heading, Signal)> = drives.into_iter().enumerate().map(drive).collect();
     let exports = compiled.lowered.exports.iter().enumerate();
     let shown = exports.filter(|(_, e)| kind.board().is_none() && has_column(model, e));
     columns.extend(shown.map(|(index, export)| {
@@ -113,21 +118,14 @@ pub fn choose(columns: &[Recorded], names: &[String]) -> Result<Vec<Recorded>, S
     Ok(chosen)
 }
 
-/// The event that a summary lists and a figure marks: `note`, or else the first that the program
-/// emits with an argument.
+/// The event that a figure marks: `note`, or else the first that the program emits with an
+/// argument, or else the first that it emits.
 pub fn marked(model: &Model) -> &str {
-    let first = || {
-        model
-            .emissions
-            .iter()
-            .find(|e| !e.args.is_empty())
-            .map(|e| e.name.as_str())
-    };
-    if model.emissions.iter().any(|e| e.name == "note") {
-        "note"
-    } else {
-        first().unwrap_or("note")
-    }
+    let all = || model.emissions.iter();
+    let note = all().find(|e| e.name == "note");
+    let telling = || all().find(|e| !e.args.is_empty());
+    let found = note.or_else(telling).or_else(|| all().next());
+    found.map_or("note", |e| &e.name)
 }
 
 /// Which columns of a run's trace play which part in a figure.
@@ -143,12 +141,28 @@ pub fn roles(compiled: &Compiled) -> Roles {
             .next()
             .unwrap_or_default()
     };
+    let drives = model.drives();
+    let is_first = |force: u32| drives.first() == Some(&model.forces[force as usize].port);
+    // The first port has panels of its own; the others follow, by unit.
+    let senses = titles(
+        compiled,
+        &|kind| matches!(kind, ExportKind::Sense(s) if s > 0),
+    );
+    let others = titles(compiled, &|kind| match kind {
+        ExportKind::Force(force) => !is_first(force),
+        ExportKind::Total(drive) => drive > 0,
+        _ => false,
+    });
+    let coordinates = titles(compiled, &coordinate);
     Roles {
         title: model.name.replace('_', " "),
         travel: first(ExportKind::Sense(0)),
-        forces: titles(compiled, &|kind| matches!(kind, ExportKind::Force(_))),
-        total: first(ExportKind::Total),
-        coordinates: titles(compiled, &coordinate),
+        forces: titles(
+            compiled,
+            &|kind| matches!(kind, ExportKind::Force(f) if is_first(f)),
+        ),
+        total: first(ExportKind::Total(0)),
+        coordinates: [senses, others, coordinates].concat(),
         machines: titles(compiled, &|kind| matches!(kind, ExportKind::Machine(_))),
         mark: marked(model).to_string(),
     }
@@ -186,13 +200,9 @@ pub fn title(model: &Model, export: &Export) -> String {
     identifier(&join_title(&export.name, &suffix(model, export)))
 }
 
-/// The unit of what the device drives, as a column title writes it.
-fn drive_unit(model: &Model) -> String {
-    if model.turns() {
-        Dim::TORQUE.suffix()
-    } else {
-        Dim::FORCE.suffix()
-    }
+/// What the device of an instrument drives.
+pub fn driven(model: &Model) -> &'static str {
+    if model.turns() { "torque" } else { "force" }
 }
 
 /// Everything has a column but what a pulse counts.
@@ -203,32 +213,34 @@ fn has_column(model: &Model, export: &Export) -> bool {
     }
 }
 
-/// The unit of an export as a column title writes it; an angle is known by its sense or its body.
+/// The unit of an export as a column title writes it.
 pub fn suffix(model: &Model, export: &Export) -> String {
+    unit_suffix(&unit(model, export))
+}
+
+/// The unit of an export as a program writes it (`rad/s`); an angle is known by its sense or its
+/// body.
+pub fn unit(model: &Model, export: &Export) -> String {
     let Some(dim) = export.dim else {
         return String::new();
     };
     match export.kind {
-        ExportKind::Sense(_) if dim.is_number() => "rad".into(),
-        ExportKind::Slope(s) if model.senses[s as usize].dim.is_number() => "rad_per_s".into(),
-        ExportKind::Curvature(s) if model.senses[s as usize].dim.is_number() => "rad_per_s2".into(),
-        ExportKind::Cell(id) if dim.is_number() && model.cells[id].kind == CellKind::Coordinate => {
-            "rad".into()
+        ExportKind::Sense(s) if model.port_turns(s as usize) => "rad".into(),
+        ExportKind::Slope(s) | ExportKind::Curvature(s) if model.port_turns(s as usize) => {
+            dim.unit()
         }
-        ExportKind::Cell(id) if dim == Dim::PER_TIME && model.cells[id].kind == CellKind::Rate => {
-            "rad_per_s".into()
-        }
-        _ => dim.suffix(),
+        ExportKind::Cell(id) => unit_of_cell(model, id),
+        _ => dim.unit_without_angle(),
     }
 }
 
-/// The unit of an export as a program writes it (`rad/s`).
-pub fn unit(model: &Model, export: &Export) -> String {
-    match suffix(model, export).as_str() {
-        "rad" => "rad".to_string(),
-        "rad_per_s" => "rad/s".to_string(),
-        "rad_per_s2" => "rad/s^2".to_string(),
-        _ => export.dim.map_or(String::new(), |dim| dim.unit()),
+/// The unit of what is remembered as a program writes it.
+pub fn unit_of_cell(model: &Model, id: CellId) -> String {
+    let (kind, dim) = (model.cells[id].kind, model.cells[id].dim);
+    match kind {
+        CellKind::Coordinate if dim.is_number() => "rad".into(),
+        CellKind::Rate => dim.unit(),
+        _ => dim.unit_without_angle(),
     }
 }
 
@@ -273,7 +285,7 @@ pub fn argument_titles(model: &Model) -> Vec<Vec<String>> {
 
 /// The title of an argument (`speed_m_per_s`).
 pub fn argument_title((name, dim): &(String, Dim)) -> String {
-    join_title(name, &dim.suffix())
+    join_title(name, &unit_suffix(&dim.unit_without_angle()))
 }
 
 /// The name of an event and the titles of its arguments.

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use whippen_compiler::lower::ExportKind;
+use whippen_compiler::lower::{ExportKind, LoweredEventKind};
 use whippen_compiler::pipeline::Compiled;
 
 use super::columns::{Recorded, Signal, arguments, choose, event_heading, marked};
-use crate::device::Device;
+use crate::device::{Device, Drive};
 use crate::engine::{Engine, EngineKind, Happened};
 use crate::files::{FileError, OutputFile};
 use crate::record::Record;
@@ -15,7 +15,7 @@ use crate::trace::{Column, EventRow, EventTable, Form, Heading, TickTable, Trace
 /// How much of a run is kept in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Keep {
-    /// The first strikes, which a summary lists.
+    /// What a summary lists ([`Emitted`]).
     Nothing,
     /// Columns as an oscilloscope keeps them, the first events: what figures and pages show.
     Bounded,
@@ -27,14 +27,14 @@ impl Keep {
     /// So many strikes and so many other events are kept, the first ones. A figure marks strikes.
     fn events_max(self) -> (usize, usize) {
         match self {
-            Keep::Nothing => (LISTED_MAX, 0),
+            Keep::Nothing => (0, 0),
             Keep::Bounded => (20_000, 5_000),
             Keep::Everything => (usize::MAX, usize::MAX),
         }
     }
 }
 
-/// So many strikes can be listed one by one without a file.
+/// So many events of a kind can be listed one by one without a file.
 pub const LISTED_MAX: usize = 20;
 
 /// What is recorded of a run.
@@ -132,27 +132,50 @@ impl Recording {
 /// What happened in a run, in numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Happenings {
-    /// The strikes: the marked event.
-    pub strikes: Strikes,
+    /// How many strikes: the marked event.
+    pub strikes: usize,
     /// Everything that happened, strikes too.
     pub events: usize,
+    /// What was emitted, by the kind of event, in the order in which they came first.
+    pub emitted: Vec<Emitted>,
 }
 
-/// Strikes in numbers.
+/// Events of a kind that were emitted.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Strikes {
+pub struct Emitted {
+    /// The name of the event.
+    pub event: String,
     /// How many.
     pub count: usize,
+    /// The first [`LISTED_MAX`] of them.
+    pub first: Vec<EventRow>,
     /// When the first and the last were (s).
     pub between_s: (f64, f64),
     /// The first argument: its title, and its least, greatest and summed value (SI).
     pub argument: Option<(String, [f64; 3])>,
 }
 
-impl Strikes {
+impl Happenings {
+    fn add_emission(&mut self, row: &EventRow) {
+        let known = self.emitted.iter().position(|e| e.event == row.event);
+        let kind = known.unwrap_or_else(|| {
+            self.emitted.push(Emitted {
+                event: row.event.clone(),
+                ..Emitted::default()
+            });
+            self.emitted.len() - 1
+        });
+        self.emitted[kind].add(row);
+    }
+}
+
+impl Emitted {
     fn add(&mut self, event: &EventRow) {
         if self.count == 0 {
             self.between_s.0 = event.t_s;
+        }
+        if self.first.len() < LISTED_MAX {
+            self.first.push(event.clone());
         }
         self.between_s.1 = event.t_s;
         self.count += 1;
@@ -170,7 +193,8 @@ impl Strikes {
 /// Records a run.
 pub(super) struct Recorder<'c> {
     compiled: &'c Compiled,
-    device: &'c Device,
+    /// Of the driven ports.
+    drives: Vec<Drive>,
     sources: Vec<Signal>,
     keep: Keep,
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
@@ -185,7 +209,7 @@ pub(super) struct Recorder<'c> {
 impl<'c> Recorder<'c> {
     pub(super) fn new(
         compiled: &'c Compiled,
-        device: &'c Device,
+        device: &Device,
         recording: Recording,
     ) -> Recorder<'c> {
         let sources = recording.columns.iter().map(|c| c.source).collect();
@@ -203,7 +227,7 @@ impl<'c> Recorder<'c> {
         }
         Recorder {
             compiled,
-            device,
+            drives: device.drives_of(&compiled.model),
             sources,
             keep: recording.keep,
             ticks: recording.ticks,
@@ -220,7 +244,7 @@ impl<'c> Recorder<'c> {
         &mut self,
         engine: &mut Engine,
         tick: usize,
-        drive: i16,
+        drive: &[i16],
         body: &[f64],
     ) -> Result<(), FileError> {
         let t_s = self.trace.time_s(tick);
@@ -244,10 +268,10 @@ impl<'c> Recorder<'c> {
         Ok(())
     }
 
-    fn fill_row(&mut self, engine: &Engine, drive: i16, body: &[f64]) {
+    fn fill_row(&mut self, engine: &Engine, drive: &[i16], body: &[f64]) {
         let exports = &self.compiled.lowered.exports;
         let value = |source: &Signal| match *source {
-            Signal::Drive => self.device.force_of_word(drive),
+            Signal::Drive(number) => self.drives[number].force(drive[number]),
             Signal::Export(index) => engine.value(0, index, &exports[index]),
             Signal::Body(index) => body[index],
         };
@@ -256,6 +280,7 @@ impl<'c> Recorder<'c> {
     }
 
     fn event(&mut self, t_s: f64, happened: Happened) -> Result<(), FileError> {
+        let kind = &self.compiled.lowered.events[happened.event].kind;
         let (event, titles) = event_heading(self.compiled, happened.event);
         let row = EventRow {
             t_s,
@@ -269,10 +294,11 @@ impl<'c> Recorder<'c> {
         }
         let strike = row.event == self.marked;
         self.happenings.events += 1;
-        if strike {
-            self.happenings.strikes.add(&row);
+        self.happenings.strikes += usize::from(strike);
+        if matches!(kind, LoweredEventKind::Emission(_)) {
+            self.happenings.add_emission(&row);
         }
-        let strikes = self.happenings.strikes.count;
+        let strikes = self.happenings.strikes;
         let others = self.happenings.events - strikes;
         let (strikes_max, others_max) = self.keep.events_max();
         if (strike && strikes <= strikes_max) || (!strike && others <= others_max) {
@@ -305,7 +331,7 @@ fn record(compiled: &Compiled, keep: Keep, heading: &Heading, source: Signal) ->
     };
     let in_loop = matches!(
         kind,
-        Some(ExportKind::Sense(0) | ExportKind::Total | ExportKind::Force(0))
+        Some(ExportKind::Sense(0) | ExportKind::Total(0) | ExportKind::Force(0))
     );
     match keep {
         Keep::Bounded if !heading.labels.is_empty() => Record::bounded_states(),

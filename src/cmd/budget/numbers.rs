@@ -31,15 +31,15 @@ impl NumbersBudget {
         let share = |e: &&whippen_compiler::lower::Export| {
             e.error / (e.range.high - e.range.low).max(f64::MIN_POSITIVE)
         };
-        let others = exports
-            .clone()
-            .filter(|e| e.kind != ExportKind::Total && e.error > 0.0 && e.error.is_finite());
+        let others = exports.clone().filter(|e| {
+            !matches!(e.kind, ExportKind::Total(_)) && e.error > 0.0 && e.error.is_finite()
+        });
         NumbersBudget {
             values: exports.clone().count(),
             clamps: compiled.lowered.clamps.clone(),
             force: exports
                 .clone()
-                .find(|e| e.kind == ExportKind::Total)
+                .find(|e| e.kind == ExportKind::Total(0))
                 .map(named),
             coarsest: others
                 .max_by(|a, b| share(a).total_cmp(&share(b)))

@@ -1,5 +1,6 @@
 //! The files of a build, each written whole or not at all; whole images.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use whippen_compiler::firmware::FirmwareImage;
@@ -31,8 +32,8 @@ pub struct Output {
 }
 
 /// A file by its ending.
-pub fn output(text: &str) -> Result<Output, String> {
-    let path = PathBuf::from(text);
+pub fn output(name: OsString) -> Result<Output, String> {
+    let path = PathBuf::from(name);
     let kind = match path.extension().and_then(|e| e.to_str()) {
         Some("elf") => Kind::Elf,
         Some("uf2") => Kind::Uf2,
@@ -117,7 +118,7 @@ impl Files<'_> {
 
     /// What debuggers may show of the keys of all programs.
     fn variables(&self, instruments: &[ImageInstrument], built: &FirmwareImage) -> Vec<Variables> {
-        let (setup, scales) = (self.setup, self.setup.device.scales());
+        let setup = self.setup;
         let zones = built.programs.iter().flat_map(|program| {
             program
                 .zones()
@@ -128,7 +129,7 @@ impl Files<'_> {
                 &setup.instruments[instrument],
                 &instruments[instrument].modes,
             );
-            variables(compiled, modes, scales, &zone.name, zone.layout())
+            variables(compiled, modes, &zone.name, zone.layout())
         });
         described.collect()
     }
@@ -166,8 +167,8 @@ impl Files<'_> {
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
             let (force, unit) = (
-                setup.device.drive.full_scale,
-                if setup.device.turns { "N*m" } else { "N" },
+                setup.device.drive().full_scale,
+                if setup.device.turns() { "N*m" } else { "N" },
             );
             say!(
                 "the greatest force, {force} {unit}, is taken to need {peak} A ({torque:.1} mN*m of the motor)"

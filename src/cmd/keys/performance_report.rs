@@ -83,7 +83,8 @@ pub fn report_outcome(keyboard: &PlayedKeyboard, played: &Outcome, logs: &[KeyLo
             "  a key that goes down slowly does not throw its hammer: that is the instrument, not an error"
         );
     }
-    cut_off(logs).iter().for_each(|told| say!("  {told}"));
+    let told = cut_off(keyboard.driven(), logs);
+    told.iter().for_each(|told| say!("  {told}"));
 }
 
 /// Whether the keys of a zone never strike.
@@ -138,20 +139,21 @@ fn latencies(played: &Outcome) -> Option<String> {
     ))
 }
 
-fn cut_off(logs: &[KeyLog]) -> Vec<String> {
+/// What was cut off; `drives` is what the keys' drives give.
+fn cut_off(drives: &str, logs: &[KeyLog]) -> Vec<String> {
     let sum = |of: fn(&KeyLog) -> usize| logs.iter().map(of).sum::<usize>();
     let all = [
         (
             sum(|l| l.events_lost),
-            "events beyond those that are kept of a key, not written",
+            "events beyond those that are kept of a key, not written".to_string(),
         ),
         (
             sum(|l| l.drive_clipped),
-            "key-ticks with more force than the drive gives, clipped",
+            format!("key-ticks with more {drives} than the drive gives, clipped"),
         ),
         (
             sum(|l| l.sense_clamped),
-            "key-ticks beyond the range the instrument senses",
+            "key-ticks beyond the range the instrument senses".to_string(),
         ),
     ];
     all.into_iter()
@@ -226,7 +228,7 @@ impl Performed<'_> {
     /// The section of a performance.
     pub fn section(&self) -> Section {
         let (keyboard, played) = (self.keyboard, self.played);
-        let mut warnings = cut_off(self.logs);
+        let mut warnings = cut_off(keyboard.driven(), self.logs);
         warnings.extend(self.score.outside(keyboard));
         let name = keyboard.name.unwrap_or("keyboard");
         Section {
@@ -395,13 +397,17 @@ fn note_row(what: &str, n: &PlayedNote) -> Row {
 
 /// One row per key that played.
 fn keys(keyboard: &PlayedKeyboard, played: &Outcome, logs: &[KeyLog]) -> Table {
+    let greatest = match keyboard.driven() {
+        "torque" => "greatest torque (N*m)",
+        _ => "greatest force (N)",
+    };
     let heads = [
         "key",
         "notes",
         "struck",
         "did not",
         "fastest strike (m/s)",
-        "greatest force (N)",
+        greatest,
         "at (s)",
         "drive clipped (ticks)",
     ];

@@ -5,6 +5,7 @@ use whippen_compiler::keyboard::{self, Layout};
 use whippen_compiler::model::Model;
 use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::keyboard::PlayedProgram;
+use whippen_runtime::session;
 
 use super::{KeysArgs, Setup};
 use crate::cmd::load;
@@ -78,6 +79,11 @@ impl<'a> PlayedKeyboard<'a> {
     /// The program that plays.
     pub fn program(&self) -> &keyboard::Program {
         self.layout.program(keyboard::ProgramId(0))
+    }
+
+    /// What its keys drive: all have one device.
+    pub fn driven(&self) -> &'static str {
+        session::driven(self.model(0))
     }
 
     /// That program with its instruments.

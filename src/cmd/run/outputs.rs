@@ -11,6 +11,7 @@ use whippen_runtime::session::{self, Keep, Recorded, Recording, Run};
 use whippen_runtime::trace::Form;
 
 use super::super::file_plan::FilePlan;
+use super::super::option;
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
@@ -23,7 +24,7 @@ pub struct Outputs {
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// Only every N-th row of the trace
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = option::every)]
     pub every: u32,
     /// Only these columns, in this order: titles (x_m) or names of the program (x', phi, jack.out),
     /// or all; for traces, pictures and pages. Pictures and pages draw x' and the values of `let`

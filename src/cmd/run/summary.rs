@@ -5,8 +5,9 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::Dim;
 use whippen_runtime::emulated::Load;
 use whippen_runtime::engine::EngineKind;
-use whippen_runtime::session::{self, Counts, LISTED_MAX, Run, Strikes};
+use whippen_runtime::session::{self, Counts, Emitted, LISTED_MAX, Run};
 use whippen_runtime::titles::split_title;
+use whippen_runtime::trace::EventRow;
 
 use crate::say::say;
 
@@ -40,13 +41,8 @@ pub fn report_run(compiled: &Compiled, run: &Run, kind: EngineKind, notes: &[Str
         compiled.model.name,
         played_s / engine_time.as_secs_f64()
     );
-    let marked = session::marked(&compiled.model);
-    if run.happenings.strikes.count > LISTED_MAX {
-        say!("  {}", counted(marked, &run.happenings.strikes));
-    } else {
-        list(marked, run);
-    }
-    for (count, what) in run.counts.told() {
+    list(&run.happenings.emitted);
+    for (count, what) in run.counts.told(session::driven(&compiled.model)) {
         say!("  {count} of {ticks} ticks {what}");
     }
     if let Some(load) = &run.load {
@@ -57,28 +53,31 @@ pub fn report_run(compiled: &Compiled, run: &Run, kind: EngineKind, notes: &[Str
     }
 }
 
-/// Strikes one by one.
-fn list(marked: &str, run: &Run) {
-    for event in run.trace.events.iter().filter(|e| e.event == marked) {
-        let args: Vec<String> = event
-            .args
-            .iter()
-            .map(|(title, value)| format!("{title} {value:.3}"))
-            .collect();
-        say!("  {:>9.4} s  {marked}  {}", event.t_s, args.join("  "));
+/// What was emitted: one by one, as long as its kind is not too many.
+fn list(emitted: &[Emitted]) {
+    let (few, many): (Vec<&Emitted>, Vec<&Emitted>) =
+        emitted.iter().partition(|kind| kind.count <= LISTED_MAX);
+    let mut listed: Vec<&EventRow> = few.iter().flat_map(|kind| &kind.first).collect();
+    listed.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    for event in listed {
+        let args = event.args.iter();
+        let args: String = args.map(|(title, v)| format!("  {title} {v:.3}")).collect();
+        say!("  {:>9.4} s  {}{args}", event.t_s, event.event);
     }
+    many.iter().for_each(|kind| say!("  {}", counted(kind)));
 }
 
-/// Many strikes in a line.
-fn counted(marked: &str, strikes: &Strikes) -> String {
-    let (first_s, last_s) = strikes.between_s;
-    let count = strikes.count;
-    let argument = strikes
+/// Many events of a kind in a line.
+fn counted(kind: &Emitted) -> String {
+    let (first_s, last_s) = kind.between_s;
+    let count = kind.count;
+    let argument = kind
         .argument
         .as_ref()
         .map(|(title, [least, greatest, sum])| {
             let (name, unit) = split_title(title);
-            let unit = unit.map_or(Dim::NUMBER, |unit| unit.dim).unit();
+            let unit = unit.map_or(Dim::NUMBER, |unit| unit.dim);
+            let unit = unit.unit_without_angle();
             let mean = sum / count as f64;
             let unit = if unit.is_empty() {
                 unit
@@ -88,7 +87,8 @@ fn counted(marked: &str, strikes: &Strikes) -> String {
             format!(", {name} {least:.3} .. {greatest:.3}{unit}, {mean:.3} in the mean")
         });
     format!(
-        "{count} times {marked} between {first_s:.4} and {last_s:.4} s{}; --events FILE.csv lists them",
+        "{count} times {} between {first_s:.4} and {last_s:.4} s{}; --events FILE.csv lists them",
+        kind.event,
         argument.unwrap_or_default()
     )
 }

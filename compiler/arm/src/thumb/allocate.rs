@@ -10,9 +10,8 @@
 use std::sync::OnceLock;
 
 use super::func::{Allocated, Block, BlockId, Edge, Func, Terminator};
-use super::minst::{self, Access, AliasClass, MInst, Reg, Relocation, Role, template};
+use super::minst::{self, Access, AliasClass, MInst, Reg, Role, template};
 use super::registers::FREE;
-use super::routine::LOST;
 use crate::features::Features;
 use regalloc2::checker::Checker;
 use regalloc2::{
@@ -222,12 +221,9 @@ fn use_in(of: minst::VReg, reg: u8) -> Operand {
 
 /// What a routine does not keep.
 fn clobbers_of(code: &MInst) -> PRegSet {
-    match code.address {
-        Some(Relocation::Routine(_)) => LOST
-            .iter()
-            .fold(PRegSet::empty(), |set, reg| set.with(preg(*reg))),
-        _ => PRegSet::empty(),
-    }
+    let lost = code.convention().map_or(&[][..], |call| call.lost);
+    lost.iter()
+        .fold(PRegSet::empty(), |set, reg| set.with(preg(*reg)))
 }
 
 /// What is read first, in the order of roles, then what is written.
@@ -240,8 +236,8 @@ fn operands_of(code: &MInst) -> Vec<Operand> {
             _ => None,
         })
         .collect();
-    if let Some(Relocation::Routine(_)) = code.address {
-        // Operands in R0 and R1, the result in R0.
+    if code.convention().is_some() {
+        // Operands in R0 and up, the result in R0.
         let result = code.writes().map(|reg| {
             let at = OperandConstraint::FixedReg(preg(0));
             Operand::new(vreg(reg), at, OperandKind::Def, OperandPos::Late)
@@ -274,7 +270,7 @@ fn operands_of(code: &MInst) -> Vec<Operand> {
 /// The instruction with the registers that were found for its operands.
 fn assign_registers(source: &MInst, allocs: &[Allocation]) -> MInst<minst::PReg> {
     let mut inst = source.inst;
-    let is_call = matches!(source.address, Some(Relocation::Routine(_)));
+    let is_call = source.convention().is_some();
     let register = |at: usize| {
         let reg = allocs.get(at).and_then(|alloc| alloc.as_reg());
         minst::PReg(reg.map_or(0, |reg| reg.hw_enc() as u8))

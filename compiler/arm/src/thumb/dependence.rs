@@ -46,7 +46,15 @@ pub(super) fn build_dependences<R: Register>(code: &[MInst<R>]) -> Dependences {
         after: vec![Vec::new(); code.len()],
     };
     let mut touched: FxHashMap<Resource<R>, Touched> = FxHashMap::default();
+    let mut call = None;
     for (at, inst) in code.iter().enumerate() {
+        if inst.convention().is_some() {
+            // Registers that it does not keep are nobody's operands, so all stays on its side.
+            (0..at).for_each(|before| graph.add_edge(before, at));
+            call = Some(at);
+        } else if let Some(call) = call {
+            graph.add_edge(call, at);
+        }
         for (resource, touch) in list_resources(inst) {
             graph.add_touch(touched.entry(resource).or_default(), at, touch);
         }
@@ -100,6 +108,10 @@ fn list_resources<R: Register>(inst: &MInst<R>) -> Vec<(Resource<R>, Touch)> {
         }
         Access::Read(class) => all.push((Resource::Memory(class), Touch::Read)),
         Access::Write(class) => all.push((Resource::Memory(class), Touch::Write)),
+        Access::Update(cells) => {
+            let cells = cells.map(|cell| Resource::Memory(AliasClass::Cell(cell)));
+            all.extend(cells.map(|cell| (cell, Touch::Write)));
+        }
     }
     all
 }

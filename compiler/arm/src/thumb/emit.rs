@@ -375,6 +375,7 @@ impl Bytes {
             Relocation::Routine(routine) => {
                 (FixupKind::ThumbCall, names::routine(name, routine.name()))
             }
+            Relocation::String(string) => (FixupKind::ThumbCall, names::string(name, string)),
         };
         self.fixups.push(Fixup {
             at,

@@ -16,7 +16,7 @@
 use super::critical_path;
 use super::func::{Allocated, Block, BlockId, Cycles, Terminator};
 use super::liveness::{RegisterSet, compute_live_in, live_in_of, live_out_of};
-use super::minst::{Access, MInst, PReg, Use};
+use super::minst::{Access, AliasClass, MInst, PReg, Use};
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE, others};
 use super::tuning::{HOIST_WINDOW, HOISTED_MAX};
 use whippen_ids::IdMap;
@@ -262,6 +262,7 @@ fn conflicts_with(stays: &MInst<PReg>, goes: &MInst<PReg>) -> bool {
     let ((uses, defs), (reads, writes)) = (stays.register_bits(), goes.register_bits());
     let overwrites = match (stays.access, goes.access) {
         (Access::Write(to), Access::Read(from)) => to == from,
+        (Access::Update(cells), Access::Read(from)) => cells.map(AliasClass::Cell).contains(&from),
         _ => false,
     };
     overwrites || (uses | defs) & writes != 0 || defs & reads != 0

@@ -12,7 +12,7 @@
 //!
 //! Not here: encodings (`emit` takes the shortest), cycles (`schedule`, `critical_path`).
 
-use super::routine::Routine;
+use super::routine::{Convention, OF_ROUTINES, OF_STRINGS, Routine, StringRoutine};
 use std::fmt::{Debug, Display};
 use std::hash::Hash;
 use whippen_ids::impl_id;
@@ -170,6 +170,8 @@ pub(super) enum Access {
     None,
     Read(AliasClass),
     Write(AliasClass),
+    /// Reads and writes two cells.
+    Update([u32; 2]),
 }
 
 /// An address that is known when the object is linked.
@@ -181,6 +183,19 @@ pub(super) enum Relocation {
     High(u32),
     /// BL: a routine.
     Routine(Routine),
+    /// BL: the tick of a string.
+    String(StringRoutine),
+}
+
+impl Relocation {
+    /// How it is called, if it is.
+    pub(super) fn convention(self) -> Option<&'static Convention> {
+        match self {
+            Relocation::Low(_) | Relocation::High(_) => None,
+            Relocation::Routine(_) => Some(&OF_ROUTINES),
+            Relocation::String(_) => Some(&OF_STRINGS),
+        }
+    }
 }
 
 /// One instruction.
@@ -277,18 +292,24 @@ impl MInst {
 }
 
 impl<R: Register> MInst<R> {
+    /// How it is called, if it calls.
+    pub(super) fn convention(&self) -> Option<&'static Convention> {
+        self.address?.convention()
+    }
+
     /// Its operands, with what happens to them.
     pub(super) fn uses(&self) -> impl Iterator<Item = Use<R>> + '_ {
         let mut numbered = self.inst;
         for role in Role::ALL {
             *role.of(&mut numbered) = role as u8;
         }
-        let (reads, writes) = match self.address {
-            Some(Relocation::Routine(_)) => (
-                1 << Role::N as u16 | 1 << Role::M as u16,
-                1 << Role::D as u16,
-            ),
-            _ => (numbered.uses().core_bits(), numbered.defs().core_bits()),
+        let (reads, writes) = match self.convention() {
+            Some(convention) => {
+                let bit = |role: &Role| 1 << *role as u16;
+                let reads = convention.reads.iter().map(bit).sum();
+                (reads, convention.writes.as_ref().map_or(0, bit))
+            }
+            None => (numbered.uses().core_bits(), numbered.defs().core_bits()),
         };
         Role::ALL.into_iter().filter_map(move |role| {
             let operand = self.operands[role as usize]?;
@@ -394,12 +415,14 @@ impl MInst<PReg> {
         self
     }
 
-    /// The registers it reads and writes, as bits.
+    /// The registers it reads, and those that it writes or loses, as bits.
     pub(super) fn register_bits(&self) -> (u32, u32) {
         let bits = |all: u32, reg: PReg| all | 1 << reg.0;
+        let lost = self.convention().map_or(&[][..], |call| call.lost);
+        let lost = lost.iter().copied().map(PReg);
         (
             self.registers_read().fold(0, bits),
-            self.registers_written().fold(0, bits),
+            self.registers_written().chain(lost).fold(0, bits),
         )
     }
 }

@@ -1,5 +1,7 @@
 //! Names of symbols and sections.
 
+use super::routine::StringRoutine;
+
 /// Runs one tick: `void NAME_tick(void *state)`.
 pub(super) fn tick(name: &str) -> String {
     format!("{name}_tick")
@@ -43,6 +45,15 @@ pub(super) fn end(name: &str) -> String {
 /// A routine that code calls.
 pub(super) fn routine(name: &str, routine: &str) -> String {
     format!("{name}.{routine}")
+}
+
+/// The tick of a string.
+pub(super) fn string(name: &str, string: StringRoutine) -> String {
+    let [u, v] = string.cells;
+    let [left, right] = string
+        .clamped
+        .map(|clamped| if clamped { "c" } else { "p" });
+    format!("{name}.wave.{u}.{v}.{left}{right}")
 }
 
 /// A table of constants.

@@ -5,8 +5,11 @@ use super::emit::Bytes;
 use super::literal::Literals;
 use super::memory::{Memory, memory};
 use super::state_layout::{Ring, StateLayout};
-use super::{Options, names};
+use super::{Options, ThumbError, names};
+use crate::asm::{Source, assemble};
 use crate::image::{Object, Section, SectionKind, Symbol, SymbolKind};
+use std::collections::BTreeMap;
+use whippen_isa::Arch;
 use whippen_kernel::{Kernel, Table};
 
 /// Sections and symbols of code and memory.
@@ -60,6 +63,39 @@ fn code_object(name: &str, code: Bytes) -> Object {
         sections: vec![section],
         symbols: code.symbols,
     }
+}
+
+/// Adds a section of code that is written as text, with the labels that get a name.
+pub(super) fn append_code(
+    object: &mut Object,
+    section: String,
+    arch: Arch,
+    text: &str,
+    name: impl Fn(&str) -> Option<String>,
+) -> Result<(), ThumbError> {
+    let source = Source {
+        name: "routines.s",
+        text,
+    };
+    let routines =
+        assemble(&[source], &BTreeMap::new(), arch).map_err(|e| ThumbError::Bug(e.to_string()))?;
+    let own = object.sections.len();
+    for symbol in routines.symbols {
+        if let Some(name) = name(&symbol.name) {
+            object.symbols.push(Symbol {
+                name,
+                section: Some(own),
+                ..symbol
+            });
+        }
+    }
+    let is_code = |section: &Section| section.kind == SectionKind::Code && section.size != 0;
+    let code = routines.sections.into_iter().find(is_code);
+    object.sections.extend(code.map(|code| Section {
+        name: section,
+        ..code
+    }));
+    Ok(())
 }
 
 /// Adds a section of data, and the global symbol of all of it.

@@ -132,7 +132,15 @@ fn read_promoted(func: &mut Func, at: BlockId, held: &FxHashMap<VReg, u8>) {
             if let (Reg::Virtual(reg), false) = (operand.reg, writes)
                 && let Some(promoted) = held.get(&reg)
             {
-                next = next.with(role, Reg::Fixed(*promoted));
+                let read = if next.convention().is_some() {
+                    // Operands of a call have registers of their own.
+                    let copy = func.fresh();
+                    code.push(copy_inst(copy, *promoted, next.origin));
+                    Reg::Virtual(copy)
+                } else {
+                    Reg::Fixed(*promoted)
+                };
+                next = next.with(role, read);
             }
             if let Some(promoted) = operand.old.and_then(|old| held.get(&old)) {
                 let copy = func.fresh();

@@ -1,4 +1,7 @@
-//! Runtime routines: what ARMv6-M has no instruction for, and is called (`v6m/routines.s`).
+//! Runtime routines: what is called. ARMv6-M has no instruction for some operators
+//! (`v6m/routines.s`); a string's tick is a routine of its own on every core (`wave`).
+
+use super::minst::Role;
 
 /// The routines that code calls, by their names in `routines.s`: factors or the like in R0 and R1,
 /// the result in R0.
@@ -14,15 +17,21 @@ pub(super) enum Routine {
     Divide,
     /// How many zeros a word begins with; its second operand is not read.
     LeadingZeros,
+    /// A sum, or the end of the type nearest to it.
+    AddSat,
+    /// A difference, or the end of the type nearest to it.
+    SubSat,
 }
 
 impl Routine {
-    pub(super) const ALL: [Routine; 5] = [
+    pub(super) const ALL: [Routine; 7] = [
         Routine::MulTop,
         Routine::MulHigh,
         Routine::UmulHigh,
         Routine::Divide,
         Routine::LeadingZeros,
+        Routine::AddSat,
+        Routine::SubSat,
     ];
 
     /// Its name in `routines.s`.
@@ -33,10 +42,51 @@ impl Routine {
             Routine::UmulHigh => "umul_high",
             Routine::Divide => "divide",
             Routine::LeadingZeros => "leading_zeros",
+            Routine::AddSat => "add_sat",
+            Routine::SubSat => "sub_sat",
         }
     }
 }
 
-/// Registers that a routine does not keep, besides that of its result and those that nobody is
-/// given.
-pub(super) const LOST: [u8; 3] = [1, 2, 3];
+/// A tick of one string: `k0` to `k3` in R0 to R3, the points at RECORD.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct StringRoutine {
+    /// The cells of the displacements and of the rates.
+    pub cells: [u32; 2],
+    /// Whether the ends are clamped, not pinned.
+    pub clamped: [bool; 2],
+}
+
+impl StringRoutine {
+    /// That of two cells whose ends are held so.
+    pub(super) fn new(cells: [u32; 2], ends: [i64; 2]) -> StringRoutine {
+        StringRoutine {
+            cells,
+            clamped: ends.map(|end| end != 0),
+        }
+    }
+}
+
+/// How something is called: operands are in R0 and up, the result is in R0.
+pub(super) struct Convention {
+    /// The roles that it reads, in order.
+    pub reads: &'static [Role],
+    /// The role that it writes.
+    pub writes: Option<Role>,
+    /// Registers that it does not keep, besides that of its result and those that nobody is given.
+    pub lost: &'static [u8],
+}
+
+/// That of a [`Routine`].
+pub(super) static OF_ROUTINES: Convention = Convention {
+    reads: &[Role::N, Role::M],
+    writes: Some(Role::D),
+    lost: &[1, 2, 3],
+};
+
+/// That of a [`StringRoutine`].
+pub(super) static OF_STRINGS: Convention = Convention {
+    reads: &[Role::N, Role::M, Role::A, Role::T],
+    writes: None,
+    lost: &[0, 1, 2, 3, 14],
+};

@@ -95,7 +95,9 @@ fn advance_next_key_load(code: &mut [MInst]) {
     let walks = load.inst.wback.then_some(load.inst.imm as i64);
     let by_k = |code: &MInst| code.uses().any(|u| u.operand.reg == Reg::Fixed(RECORD));
     let offset = i64::from(before.inst.imm) * if before.inst.add { 1 } else { -1 };
-    let (Some(walks), false) = (walks, before.inst.wback || before.inst.cond.is_some()) else {
+    // What is called finds its memory by RECORD.
+    let stays = before.inst.wback || before.inst.cond.is_some() || before.convention().is_some();
+    let (Some(walks), false) = (walks, stays) else {
         return;
     };
     if before.writes().any(|reg| load.reads().any(|r| r == reg)) {

@@ -63,6 +63,10 @@ fn line(f: &mut Formatter, text: &str, access: Access) -> fmt::Result {
         Access::Read(place) | Access::Write(place) => {
             writeln!(f, "    {text:<width$}; {place}", width = COMMENT - 4)
         }
+        Access::Update([u, v]) => {
+            let [u, v] = [u, v].map(AliasClass::Cell);
+            writeln!(f, "    {text:<width$}; {u}, {v}", width = COMMENT - 4)
+        }
     }
 }
 
@@ -215,6 +219,7 @@ impl<R: Register> Names<R> {
                 replace_last(&mut rest, format!("#high(table {table})"))
             }
             Some(Relocation::Routine(routine)) => return self.call(routine.name()),
+            Some(Relocation::String(_)) => return self.call_string(),
             None => {}
         }
         let equals = if results.is_empty() { "" } else { " = " };
@@ -227,6 +232,14 @@ impl<R: Register> Names<R> {
         let [d, n, m] = [Role::D, Role::N, Role::M].map(|role| self.0[role as usize]);
         let (d, n, m) = (name(d.written), name(n.read), name(m.read));
         format!("{d} = bl {routine}({n}, {m})")
+    }
+
+    fn call_string(&self) -> String {
+        let k = [Role::N, Role::M, Role::A, Role::T].map(|role| {
+            let read = self.0[role as usize].read;
+            read.map_or_else(String::new, |reg| reg.to_string())
+        });
+        format!("bl wave({})", k.join(", "))
     }
 }
 

@@ -28,12 +28,14 @@
 //! | `lower` | everything else, instruction by instruction |
 //! | `unused` | results that nobody reads |
 //! | `routines` | what is called, as a part of the object |
+//! | `string` | the tick of a string |
 
 mod constant;
 mod flags;
 mod lower;
 mod memory;
 mod routines;
+mod string;
 mod unused;
 
 use super::func::{BlockId, Edge, Func, Terminator};
@@ -47,6 +49,7 @@ use whippen_isa::{Op, ShiftType};
 
 pub(super) use constant::{Step, steps};
 pub(super) use routines::add_routines;
+pub(super) use string::string_loop;
 
 /// The same for ARMv6-M.
 pub(super) fn legal(mut func: Func, layout: &StateLayout, literals: &mut Literals) -> Func {

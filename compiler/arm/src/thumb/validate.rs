@@ -71,6 +71,8 @@ enum ResultPart<R> {
     Role(Role),
     Flag(Location<R>),
     Memory,
+    /// What a call leaves in a register that it does not keep.
+    Lost(Location<R>),
 }
 
 /// Numbers of contents, the same for the same.
@@ -216,7 +218,7 @@ impl<R: Register> ValueNumbers<R> {
     fn step(&mut self, state: &mut BlockState<R>, code: &MInst<R>) -> Result<(), String> {
         check_encoding(code)?;
         let inst = &code.inst;
-        let (from, to) = memory_touched(code);
+        let [from, to] = memory_touched(code);
         let found = code
             .registers_read()
             .map(Location::Register)
@@ -229,8 +231,9 @@ impl<R: Register> ValueNumbers<R> {
             .map(|u| (ResultPart::Role(u.role), Location::Register(u.operand.reg)));
         let parts =
             parts.chain(flag_places(inst.flags().writes).map(|at| (ResultPart::Flag(at), at)));
-        let parts: Vec<(ResultPart<R>, Location<R>)> =
-            parts.chain(to.map(|at| (ResultPart::Memory, at))).collect();
+        let parts: Vec<(ResultPart<R>, Location<R>)> = parts
+            .chain(to.into_iter().map(|at| (ResultPart::Memory, at)))
+            .collect();
         let what = (
             inst.op(),
             inst.cond,
@@ -240,7 +243,10 @@ impl<R: Register> ValueNumbers<R> {
             [inst.index, inst.add, inst.wback],
             code.address,
         );
-        for (part, at) in parts {
+        for (part, at) in parts
+            .into_iter()
+            .chain(lost(code).map(|at| (ResultPart::Lost(at), at)))
+        {
             let mut made_of = found.clone();
             if part == ResultPart::Memory || inst.is_conditional() {
                 // Other words of that memory, and what is skipped, stay.
@@ -256,6 +262,10 @@ impl<R: Register> ValueNumbers<R> {
 
 /// Whether registers of the core stand in the encoding as among the operands, all of them.
 fn check_encoding<R: Register>(code: &MInst<R>) -> Result<(), String> {
+    if code.convention().is_some() {
+        // A call has its registers by convention, and names none.
+        return Ok(());
+    }
     let mut inst = code.inst;
     let mut reads = 0;
     let mut writes = 0;
@@ -277,16 +287,23 @@ fn check_encoding<R: Register>(code: &MInst<R>) -> Result<(), String> {
 }
 
 /// The memory that an instruction reads, and that it writes.
-fn memory_touched<R>(code: &MInst<R>) -> (Option<Location<R>>, Option<Location<R>>)
-where
-    R: Register,
-{
+fn memory_touched<R: Register>(code: &MInst<R>) -> [Vec<Location<R>>; 2] {
     match code.access {
-        Access::None | Access::Read(AliasClass::Constant) => (None, None),
-        Access::Write(AliasClass::Constant) => (None, Some(Location::Result(code.inst.imm))),
-        Access::Read(class) => (Some(locate(class)), None),
-        Access::Write(class) => (None, Some(locate(class))),
+        Access::None | Access::Read(AliasClass::Constant) => [Vec::new(), Vec::new()],
+        Access::Write(AliasClass::Constant) => [Vec::new(), vec![Location::Result(code.inst.imm)]],
+        Access::Read(class) => [vec![locate(class)], Vec::new()],
+        Access::Write(class) => [Vec::new(), vec![locate(class)]],
+        Access::Update(cells) => {
+            let both = cells.map(|cell| locate(AliasClass::Cell(cell)));
+            [both.to_vec(), both.to_vec()]
+        }
     }
+}
+
+/// The registers that a call does not keep.
+fn lost<R: Register>(code: &MInst<R>) -> impl Iterator<Item = Location<R>> {
+    let lost = code.convention().map_or(&[][..], |call| call.lost);
+    lost.iter().map(|reg| Location::Register(R::fixed(*reg)))
 }
 
 fn locate<R>(class: AliasClass) -> Location<R> {

@@ -2,13 +2,14 @@
 
 use super::{Lane, Lanes, WIDTH};
 use crate::loop_context::Buffer;
+use crate::wave::Points;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I32, I32X4, I64, I64X2};
 use cranelift_codegen::ir::{InstBuilder, Value};
 use std::mem::offset_of;
 use whippen_kernel::layout::{EVENT_HEAD, words};
 use whippen_kernel::memory::Clock;
-use whippen_kernel::{Range, Type, Value as KernelValue};
+use whippen_kernel::{Inst, Range, Type, Value as KernelValue, wave};
 
 impl Lanes<'_> {
     pub(super) fn live(&mut self, live: u32) -> Lane {
@@ -160,6 +161,28 @@ impl Lanes<'_> {
             }
             self.for_key(lane, |t| t.set(cell, Some(index), value));
         }
+    }
+
+    /// One tick of a string.
+    pub(super) fn wave(&mut self, inst: &Inst, cells: [u32; 2]) {
+        let k = std::array::from_fn(|at| self.word(inst.args[at]));
+        let own = self.t.context.words[0];
+        let start = cells.map(|cell| {
+            let offset = i64::from(self.column(cell));
+            self.ins().iadd_imm_s(own, offset)
+        });
+        let points = Points {
+            access: self.t.access,
+            ty: I32X4,
+            start,
+            step: 4 * self.t.layout.keys as i64,
+            count: self.t.kernel.cells[cells[0] as usize].len.into(),
+            k,
+            ends: wave::ends(&self.t.kernel.values, &inst.args),
+            mask: self.mask,
+            f: &mut self.t.f,
+        };
+        points.tick();
     }
 
     pub(super) fn lookup(&mut self, table: u32, column: u32, index: KernelValue) -> Lane {

@@ -2,9 +2,10 @@
 
 use super::arithmetic::as_lane;
 use super::{Lane, Lanes};
+use crate::saturate;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{InstBuilder, Value};
-use cranelift_frontend::FuncInstBuilder;
+use cranelift_frontend::{FuncInstBuilder, FunctionBuilder};
 use whippen_kernel::{Inst, Op, Type, Value as KernelValue};
 
 impl Lanes<'_> {
@@ -32,6 +33,8 @@ impl Lanes<'_> {
                 let (sum, top) = (self.word(a), self.top_words(b, c));
                 Lane::Word(self.ins().iadd(sum, top))
             }
+            Op::AddSat => self.saturated(a, b, saturate::add),
+            Op::SubSat => self.saturated(a, b, saturate::sub),
             Op::Shl(n) | Op::ShlWrap(n) => {
                 self.each_vector(a, |ins, a| ins.ishl_imm_s(a, i64::from(n)))
             }
@@ -65,6 +68,7 @@ impl Lanes<'_> {
             Op::Out(port) => return self.output(port, a),
             Op::Set(cell) => return self.set(cell, a),
             Op::SetAt(cell) => return self.set_at(cell, a, b),
+            Op::Wave(u, v) => return self.wave(inst, [u, v]),
             Op::Push(line) => return self.push(line, a),
             Op::Emit(event) => return self.emit(event, &inst.args),
             Op::Probe(probe) => return self.probe(probe, a),
@@ -91,6 +95,16 @@ impl Lanes<'_> {
                 as_lane(ty, op(self.ins(), a, b))
             }
         }
+    }
+
+    fn saturated(
+        &mut self,
+        a: KernelValue,
+        b: KernelValue,
+        op: fn(&mut FunctionBuilder, Value, Value) -> Value,
+    ) -> Lane {
+        let (a, b) = (self.word(a), self.word(b));
+        Lane::Word(op(&mut self.t.f, a, b))
     }
 
     fn each_vector(

@@ -136,6 +136,14 @@ impl Translator<'_> {
         self.low_word(exact)
     }
 
+    /// The word nearest to a result.
+    pub(crate) fn held(&mut self, op: impl FnOnce(FuncInstBuilder) -> Value) -> Value {
+        let exact = op(self.f.ins());
+        let [low, high] = [i32::MIN, i32::MAX].map(|end| self.f.ins().iconst(I64, i64::from(end)));
+        let raised = self.f.ins().smax(exact, low);
+        self.f.ins().smin(raised, high)
+    }
+
     /// The low 32 bits, with their sign.
     pub(crate) fn low_word(&mut self, a: Value) -> Value {
         let word = self.f.ins().ireduce(I32, a);

@@ -2,13 +2,14 @@
 
 use super::Translator;
 use crate::loop_context::Buffer;
+use crate::wave::Points;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I32, I64};
 use cranelift_codegen::ir::{InstBuilder, Value};
 use std::mem::offset_of;
 use whippen_kernel::layout::{EVENT_HEAD, EVENTS_MAX, words};
 use whippen_kernel::memory::Clock;
-use whippen_kernel::{Range, Type};
+use whippen_kernel::{Inst, Range, Type, wave};
 
 /// Places within the counters.
 const TICK: i32 = offset_of!(Clock, tick) as i32;
@@ -164,6 +165,30 @@ impl Translator<'_> {
             Type::I32 => self.f.ins().istore32(columns, value, at, offset),
             Type::I64 => self.f.ins().store(columns, value, at, offset),
         };
+    }
+
+    /// One tick of a string.
+    pub(crate) fn wave(&mut self, inst: &Inst, cells: [u32; 2]) {
+        let k = std::array::from_fn(|at| {
+            let k = self.value(inst.args[at]);
+            self.f.ins().ireduce(I32, k)
+        });
+        let start = cells.map(|cell| {
+            let (own, offset) = self.place(cell, None);
+            self.f.ins().iadd_imm_s(own, i64::from(offset))
+        });
+        let points = Points {
+            access: self.access,
+            ty: I32,
+            start,
+            step: 4 * self.layout.keys as i64,
+            count: self.kernel.cells[cells[0] as usize].len.into(),
+            k,
+            ends: wave::ends(&self.kernel.values, &inst.args),
+            mask: None,
+            f: &mut self.f,
+        };
+        points.tick();
     }
 
     /// Address of this key's element in a row.

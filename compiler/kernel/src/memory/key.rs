@@ -4,8 +4,8 @@
 //! then the nearest counts.
 
 use super::Memory;
-use crate::Kernel;
 use crate::layout::EVENT_HEAD;
+use crate::{Kernel, wave};
 
 /// One key, in one tick or in `init`.
 #[derive(Debug)]
@@ -71,6 +71,16 @@ impl Key<'_> {
         );
     }
 
+    /// One tick of the string that two cells hold, by its coefficients and ends.
+    pub fn wave(&mut self, u: usize, v: usize, args: &[i64]) {
+        let mut args = args.iter().map(|arg| *arg as i32);
+        let [k0, k1, k2, k3, left, right] =
+            std::array::from_fn(|_| args.next().unwrap_or_default());
+        let count = self.kernel.cells[u].len as usize;
+        let mut points = StringCells { key: self, u, v };
+        wave::tick(&mut points, count, [k0, k1, k2, k3], [left, right]);
+    }
+
     /// What went into a line so many ticks ago.
     pub fn delay(&self, line: usize, ticks: usize) -> i64 {
         let place = self.memory.layout.lines[line];
@@ -132,6 +142,25 @@ impl Key<'_> {
 
     fn element(&self, line: usize, slot: usize) -> usize {
         self.memory.layout.lines[line].start + slot * self.memory.layout.keys + self.key
+    }
+}
+
+/// The two cells of a string.
+struct StringCells<'a, 'k> {
+    key: &'a mut Key<'k>,
+    u: usize,
+    v: usize,
+}
+
+impl wave::Points for StringCells<'_, '_> {
+    fn get(&self, point: usize) -> [i32; 2] {
+        [self.u, self.v].map(|cell| self.key.get(cell, point as i64) as i32)
+    }
+
+    fn set(&mut self, point: usize, u: i32, v: i32) {
+        for (cell, word) in [(self.u, u), (self.v, v)] {
+            self.key.set(cell, point as i64, word.into());
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! gives the type and the interval of the result.
 
 use super::{Immediate, Meaning, Op, OpError, Row, Sort, Transfer};
-use crate::{Kernel, Range, Type, ValueInfo};
+use crate::{Kernel, Range, Type, ValueInfo, wave};
 
 /// What an immediate names in the kernel.
 #[derive(Debug, Clone, Copy)]
@@ -27,14 +27,8 @@ impl Row {
                 .map(|immediate| format!("{immediate:?}").to_lowercase())
         };
         let word = |sort: &Sort| match sort {
-            Sort::I1 => "i1".to_string(),
-            Sort::I32 => "i32".to_string(),
-            Sort::I64 => "i64".to_string(),
-            Sort::N => "n".to_string(),
-            Sort::T => "t".to_string(),
             Sort::Own => named().unwrap_or_default(),
-            Sort::Index => "index".to_string(),
-            Sort::Args => "i32..".to_string(),
+            other => other.word().to_string(),
         };
         let arrow = std::iter::once("->".to_string());
         let parts: Vec<String> = self
@@ -48,17 +42,41 @@ impl Row {
     }
 }
 
+impl Sort {
+    /// How a signature names it.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Sort::I1 => "i1",
+            Sort::I32 => "i32",
+            Sort::I64 => "i64",
+            Sort::N => "n",
+            Sort::T => "t",
+            Sort::Own => "own",
+            Sort::Index => "index",
+            Sort::Args => "i32..",
+            Sort::Plus => "i32>=0",
+            Sort::Minus => "i32<=0",
+            Sort::End => "0|2",
+        }
+    }
+}
+
 impl Op {
     /// What its first immediate names, if it names anything that is declared.
     pub fn declared(self, kernel: &Kernel) -> Option<Declared<'_>> {
-        let index = usize::try_from(self.immediates()[0]).ok()?;
+        self.declared_by(kernel, 0)
+    }
+
+    /// What an immediate of it names, by its place among them.
+    pub fn declared_by(self, kernel: &Kernel, place: usize) -> Option<Declared<'_>> {
+        let index = usize::try_from(*self.immediates().get(place)?).ok()?;
         let word = |name, range| Declared {
             name,
             ty: Type::I32,
             range,
             len: 1,
         };
-        Some(match self.row().immediates.first()? {
+        Some(match self.row().immediates.get(place)? {
             Immediate::Input => kernel
                 .inputs
                 .get(index)
@@ -197,6 +215,9 @@ impl Op {
                 Ok(())
             };
         };
+        if let Op::Wave(..) = self {
+            return wave::check_cells(kernel, self);
+        }
         let allowed = match (self.row().immediates.get(1), self) {
             (Some(Immediate::Ticks), _) => Range::new(1, own.len as i64),
             (Some(Immediate::Column), Op::Lookup(table, _)) => {
@@ -259,6 +280,13 @@ impl Op {
         let Some(own) = own else { return Ok(()) };
         for (arg, sort) in args.iter().zip(self.row().args) {
             let name = || own.name.to_string();
+            if !is_proven(*sort, arg.range) {
+                return Err(OpError::Unproven {
+                    op: self,
+                    operand: arg.range,
+                    sort: *sort,
+                });
+            }
             let words = Range::new(0, own.len as i64 - 1);
             if *sort == Sort::Own && !own.range.contains(arg.range) {
                 return Err(OpError::Leaves {
@@ -326,9 +354,20 @@ fn resolve(sort: Sort, free: Option<Type>, own: Option<Declared>) -> Option<Type
     match sort {
         Sort::I1 => Some(Type::I1),
         Sort::I32 | Sort::Index | Sort::Args => Some(Type::I32),
+        Sort::Plus | Sort::Minus | Sort::End => Some(Type::I32),
         Sort::I64 => Some(Type::I64),
         Sort::N | Sort::T => free,
         Sort::Own => own.map(|own| own.ty),
+    }
+}
+
+/// Whether an operand in this interval is one of its sort beyond its type.
+fn is_proven(sort: Sort, operand: Range) -> bool {
+    match sort {
+        Sort::Plus => operand.low >= 0,
+        Sort::Minus => operand.high <= 0,
+        Sort::End => wave::ENDS.map(Range::point).contains(&operand),
+        _ => true,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Errors of operators: why one cannot be applied.
 
-use super::Op;
+use super::{Op, Sort};
 use crate::{Range, Type};
 use std::fmt;
 
@@ -39,6 +39,22 @@ pub enum OpError {
         index: Range,
         /// Number of words.
         len: u64,
+    },
+    /// An operand is not proven to be of its sort.
+    Unproven {
+        /// The operator.
+        op: Op,
+        /// Where the operand stays.
+        operand: Range,
+        /// What it should be.
+        sort: Sort,
+    },
+    /// The cells that it names are not of the kind that it takes.
+    Cells {
+        /// The operator.
+        op: Op,
+        /// What is wrong with them.
+        message: &'static str,
     },
     /// Wrong number or types of operands.
     Operands {
@@ -124,6 +140,15 @@ impl fmt::Display for OpError {
                     name(op)
                 )
             }
+            OpError::Unproven { op, operand, sort } => {
+                write!(
+                    f,
+                    "`{}`: operand in {operand} is not proven to be {}",
+                    name(op),
+                    sort.word()
+                )
+            }
+            OpError::Cells { op, message } => write!(f, "`{}` {message}", name(op)),
             OpError::Operands { op, types } => {
                 write!(
                     f,

@@ -81,7 +81,7 @@ impl Parser {
         let (place, line) = (self.at, self.peek().line);
         self.skip();
         let mut immediates = Vec::new();
-        if let Some(kind) = row.immediates.first().filter(|kind| kind.is_declared()) {
+        for kind in row.immediates.iter().take_while(|kind| kind.is_declared()) {
             immediates.push(self.declared(*kind)?);
         }
         let args = self.operands(line)?;

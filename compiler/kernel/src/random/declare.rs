@@ -40,6 +40,9 @@ pub(super) fn all(rng: &mut Rng, b: &mut Builder) {
     for at in 0..1 + rng.below(5) {
         cell(rng, b, &format!("cell{at}'"));
     }
+    if rng.chance(1, 2) {
+        string(rng, b);
+    }
     for at in 0..1 + rng.below(3) {
         let (narrow, len) = (rng.chance(1, 2), rng.pick(&[1, 2, 3, 3, 5, 31]));
         let range = rng.range(if narrow { Range::new(0, 65_535) } else { i32s });
@@ -71,4 +74,13 @@ fn cell(rng: &mut Rng, b: &mut Builder, name: &str) {
     let len = rng.pick(&[1, 1, 1, 2, 3, 8, 84]);
     let init = rng.interesting(range);
     b.grid(name, ty, len, range, init);
+}
+
+/// The two cells of a string.
+fn string(rng: &mut Rng, b: &mut Builder) {
+    let (range, len) = (Type::I32.range(), rng.pick(&[5, 6, 7, 8, 9, 12, 31]));
+    for name in ["string.u", "string.v"] {
+        let init = rng.interesting(range);
+        b.grid(name, Type::I32, len, range, init);
+    }
 }

@@ -3,7 +3,7 @@
 use super::Draw;
 use super::Generator;
 use crate::op::{Immediate, ROWS, Row, Sort};
-use crate::{Builder, Kernel, Op, OpError, Range, Region, Type, Value};
+use crate::{Builder, Kernel, Op, OpError, Range, Region, Type, Value, wave};
 
 /// How deep regions nest.
 const DEPTH_MAX: u32 = 3;
@@ -53,6 +53,7 @@ impl Generator {
         match op {
             Op::Const(_) => return self.known(b),
             Op::Assume(..) => return self.assume(b),
+            Op::Wave(..) => return self.wave(b),
             _ if !self.allows(op) => return Ok(()),
             _ => {}
         }
@@ -165,6 +166,19 @@ impl Generator {
                 Sort::Own => {
                     let value = self.value(b, ty)?;
                     self.fit(b, value, range)?
+                }
+                Sort::Plus | Sort::Minus => {
+                    let [low, high] = if sort == Sort::Plus {
+                        [0, i32::MAX]
+                    } else {
+                        [i32::MIN, 0]
+                    };
+                    let value = self.value(b, Type::I32)?;
+                    self.fit(b, value, Range::new(low.into(), high.into()))?
+                }
+                Sort::End => {
+                    let end = self.rng.pick(&wave::ENDS);
+                    b.constant(Type::I32, end)?
                 }
                 Sort::Index => {
                     let index = self.value(b, Type::I32)?;

@@ -1,6 +1,7 @@
 //! Calls: arguments are bound to parameters; functions become nodes, terms were made scopes before.
 
 use super::builtin::{Builtin, Signature};
+use super::decimal_comma::DecimalComma;
 use super::elaborate::Elaborator;
 use super::elsewhere;
 use super::items::TermItem;
@@ -9,7 +10,7 @@ use super::slot::Source;
 use super::types::{Ty, Value, counted};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::Node;
-use crate::syntax::ast::{Arg, Expr, ExprKind, Name};
+use crate::syntax::ast::{Arg, Expr, Name, TypedName};
 use crate::units::{Dim, shown};
 use whippen_source::Span;
 
@@ -47,6 +48,11 @@ impl<'a> Elaborator<'a, '_> {
         args: &'a [Arg],
         span: Span,
     ) -> Option<Value> {
+        let commas = DecimalComma::in_function(signature.args.len(), args);
+        if !commas.is_empty() {
+            commas.iter().for_each(|one| self.report(one.diagnostic()));
+            return None;
+        }
         let values: Vec<Option<Value>> = args
             .iter()
             .map(|arg| self.expr(scope, &arg.value))
@@ -115,8 +121,7 @@ impl<'a> Elaborator<'a, '_> {
             signature.name,
             counted(wanted, "argument")
         );
-        let hint = decimal_comma(args).unwrap_or(usage);
-        self.report(Diagnostic::new(code, span, message, counted(given, "argument")).hint(hint));
+        self.report(Diagnostic::new(code, span, message, counted(given, "argument")).hint(usage));
         None
     }
 
@@ -187,6 +192,11 @@ impl<'a> Elaborator<'a, '_> {
         args: &'a [Arg],
     ) -> Vec<Source<'a>> {
         let params = &term.ast.params;
+        let commas = DecimalComma::in_term(params, args);
+        if !commas.is_empty() {
+            commas.iter().for_each(|one| self.report(one.diagnostic()));
+            return params.iter().map(|_| Source::Missing).collect();
+        }
         let mut bound: Vec<Option<&'a Arg>> = vec![None; params.len()];
         let mut lost = false;
         for (position, arg) in args.iter().enumerate() {
@@ -218,11 +228,7 @@ impl<'a> Elaborator<'a, '_> {
             let names = params.iter().map(|p| p.name.node.as_str());
             let hint = match nearest(&name.node, names.clone()) {
                 Some(near) => Advice::did_you_mean(near),
-                None => format!(
-                    "its parameters are {}",
-                    names.collect::<Vec<_>>().join(", ")
-                )
-                .into(),
+                None => format!("its parameters are {}", typed_names(params)).into(),
             };
             let message = format!(
                 "the term `{}` has no parameter `{}`",
@@ -267,8 +273,7 @@ impl<'a> Elaborator<'a, '_> {
             );
             let label = "one too many";
             self.report(
-                Diagnostic::new(Code::ExtraArgument, span, message, label)
-                    .hint(decimal_comma(args).unwrap_or_else(|| "take it away".to_string())),
+                Diagnostic::new(Code::ExtraArgument, span, message, label).hint("take it away"),
             );
             return None;
         }
@@ -317,16 +322,9 @@ impl<'a> Elaborator<'a, '_> {
     }
 }
 
-/// Where a decimal comma has made two arguments of one number (`0,5 mm`), how it is written.
-fn decimal_comma(args: &[Arg]) -> Option<String> {
-    let digits = |arg: &Arg| match &arg.value.kind {
-        ExprKind::Number(number) => Some((number.text.clone(), number.unit.is_none())),
-        _ => None,
-    };
-    args.windows(2).find_map(|pair| {
-        let ((whole, bare), (part, _)) = (digits(&pair[0])?, digits(&pair[1])?);
-        let touches = pair[1].value.span.start == pair[0].value.span.end + 1;
-        let is_one = touches && bare && !whole.contains('.');
-        is_one.then(|| format!("the decimal point is `.`: write `{whole}.{part}`"))
-    })
+/// Parameters as their term declares them: `x: length, k: stiffness`.
+fn typed_names(params: &[TypedName]) -> String {
+    let typed = |param: &TypedName| format!("{}: {}", param.name.node, param.ty.node);
+    let all: Vec<String> = params.iter().map(typed).collect();
+    all.join(", ")
 }

@@ -4,9 +4,16 @@
 use super::elaborate::Elaborator;
 use super::types::{Ty, Value};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
-use crate::model::NodeId;
+use crate::model::{Node, NodeId};
 use crate::syntax::ast::{Expr, ExprKind, Name};
-use crate::units::{Dim, Unit, dimension, dimension_names, parse_unit};
+use crate::units::{Dim, Unit, dimension, dimension_names, parse_unit, usual_unit};
+
+/// What is said of an angle where a way is needed.
+const ROTARY: &str =
+    "terms of the library for what turns begin with `rotary_`, such as `rotary_detents`";
+
+/// So many operators deep a value is followed to what is declared.
+const REACH_DEPTH: u32 = 8;
 
 impl Elaborator<'_, '_> {
     /// The node of a value that must have a type.
@@ -22,7 +29,7 @@ impl Elaborator<'_, '_> {
         }
         let what = what();
         if bare_number(expr).is_some() && wanted != Ty::Bool {
-            self.missing_unit(expr, wanted, &what);
+            self.missing_unit(expr, wanted, &what, None);
             return None;
         }
         let message = format!(
@@ -36,23 +43,54 @@ impl Elaborator<'_, '_> {
             message,
             format!("this is {}", value.ty.words()),
         );
-        self.report(
-            diagnostic
-                .hint(conversion(value.ty, wanted).unwrap_or_else(|| LOOK_AT_UNITS.to_string())),
-        );
+        let hint = match self.is_sensed_angle(value.node) && wanted == Ty::Real(Dim::LENGTH) {
+            true => Some(ROTARY.to_string()),
+            false => conversion(value.ty, wanted),
+        };
+        self.report(diagnostic.hint(hint.unwrap_or_else(|| LOOK_AT_UNITS.to_string())));
         None
     }
 
-    /// Reports a number without unit where a dimension is needed.
-    pub fn missing_unit(&mut self, expr: &Expr, wanted: Ty, what: &str) {
+    /// Reports a number without unit where a dimension is needed; `reach` is how large what it
+    /// stands beside can be (SI), if that is declared.
+    fn missing_unit(&mut self, expr: &Expr, wanted: Ty, what: &str, reach: Option<f64>) {
         let number = bare_number(expr).unwrap_or_default();
+        let size = number.parse().map_or(0.0, f64::abs);
+        let unit = wanted.dim().map(|dim| usual_unit(size, dim, reach));
         let message = format!(
             "{what} must be {}, and `{number}` has no unit",
             wanted.words()
         );
-        let hint = format!("write it with a unit, such as `{number} {}`", wanted.unit());
+        let hint = format!(
+            "write it with a unit, such as `{number} {}`",
+            unit.unwrap_or_default()
+        );
         let diagnostic = Diagnostic::new(Code::MissingUnit, expr.span, message, "a plain number");
         self.report(diagnostic.hint(hint));
+    }
+
+    /// Whether a value is an angle that is sensed.
+    fn is_sensed_angle(&self, node: NodeId) -> bool {
+        match self.model.dag.get(node) {
+            Node::Sense(sense) => self.model.senses[*sense as usize].dim.is_number(),
+            _ => false,
+        }
+    }
+
+    /// How large a value can be by what is declared (SI), as far as sums and choices say so.
+    fn reach(&self, node: NodeId, depth: u32) -> Option<f64> {
+        let model = &self.model;
+        let part = |node| self.reach(node, depth.checked_sub(1)?);
+        match *model.dag.get(node) {
+            Node::Sense(sense) => Some(model.senses[sense as usize].range.magnitude()),
+            Node::Live(live) => Some(model.lives[live as usize].range.magnitude()),
+            Node::Keyed(keyed) => Some(model.keyed[keyed as usize].range.magnitude()),
+            Node::Cell(cell) => Some(model.cells[cell].range.magnitude()),
+            Node::Add(a, b) | Node::Sub(a, b) => Some(part(a)? + part(b)?),
+            Node::Min(a, b) | Node::Max(a, b) => Some(part(a)?.max(part(b)?)),
+            Node::Neg(a) | Node::Abs(a) => part(a),
+            _ => model.dag.real(node).map(f64::abs),
+        }
     }
 
     /// Reports two operands that do not go together; `problem` says so of their kinds.
@@ -69,9 +107,9 @@ impl Elaborator<'_, '_> {
             self.report(Diagnostic::new(Code::Mismatch, span, message, "a difference").hint(hint));
             return;
         }
-        for (bare, other) in [(a.0, second), (b.0, first)] {
-            if bare_number(bare).is_some() && other != Ty::Bool {
-                self.missing_unit(bare, other, "this");
+        for (bare, other) in [(a.0, b.1), (b.0, a.1)] {
+            if bare_number(bare).is_some() && other.ty != Ty::Bool {
+                self.missing_unit(bare, other.ty, "this", self.reach(other.node, REACH_DEPTH));
                 return;
             }
         }

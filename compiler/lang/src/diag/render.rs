@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind};
 
+use super::excerpt::{Excerpt, shortened};
 use super::{Diagnostic, Severity};
 use whippen_source::{SourceMap, Span};
 
@@ -21,11 +22,11 @@ pub fn render(map: &SourceMap, diagnostic: &Diagnostic, colour: bool) -> String 
         .with_color(colour)
         .with_index_type(IndexType::Char)
         .with_char_set(CharSet::Unicode);
-    let main = place(map, diagnostic.span);
+    let drawing = Drawing::new(map, diagnostic);
     let label = |span: Span, text: &str, colour: Color| {
         let order = i32::try_from(span.start).unwrap_or(i32::MAX);
-        Label::new(place(map, span))
-            .with_message(text)
+        Label::new(drawing.place(span))
+            .with_message(shortened(text))
             .with_color(colour)
             .with_order(order)
     };
@@ -33,16 +34,16 @@ pub fn render(map: &SourceMap, diagnostic: &Diagnostic, colour: bool) -> String 
         .others
         .iter()
         .map(|o| label(o.span, &o.text, Color::Cyan));
-    let mut report = Report::build(kind, main)
+    let mut report = Report::build(kind, drawing.place(diagnostic.span))
         .with_config(config)
         .with_code(diagnostic.code.number())
-        .with_message(&diagnostic.message)
+        .with_message(shortened(&diagnostic.message))
         .with_label(label(diagnostic.span, &diagnostic.label, tint).with_priority(1))
         .with_labels(others);
-    report.with_helps(&diagnostic.hints);
+    report.with_helps(diagnostic.hints.iter().map(|hint| shortened(hint)));
     let mut drawn = Vec::new();
-    match report.finish().write(excerpts(map, diagnostic), &mut drawn) {
-        Ok(()) => tidy(&String::from_utf8_lossy(&drawn), colour),
+    match report.finish().write(drawing.sources(), &mut drawn) {
+        Ok(()) => drawing.with_columns(tidy(&String::from_utf8_lossy(&drawn), colour)),
         Err(error) => format!(
             "{}: {} ({error})\n",
             diagnostic.code.number(),
@@ -106,28 +107,81 @@ fn text(map: &SourceMap, index: u32) -> &str {
         .map_or("", |f| f.text.as_str())
 }
 
-/// A span in characters.
-fn place(map: &SourceMap, span: Span) -> (FileId, Range<usize>) {
-    let text = text(map, span.file);
-    let characters = |byte: u32| {
-        text.char_indices()
-            .take_while(|(at, _)| *at < byte as usize)
-            .count()
-    };
-    let start = characters(span.start);
-    (
-        file_id(map, span.file),
-        start..characters(span.end).max(start),
-    )
+/// The files that a diagnostic points at, as far as they are shown.
+struct Drawing<'m> {
+    map: &'m SourceMap,
+    spans: Vec<Span>,
+    files: Vec<(FileId, Excerpt)>,
 }
 
-/// The files that the diagnostic points at. Whatever could end a line or steer the terminal, other
-/// than a newline, is replaced, character by character.
-fn excerpts(map: &SourceMap, diagnostic: &Diagnostic) -> impl ariadne::Cache<FileId> {
-    let mut files: Vec<u32> = diagnostic.others.iter().map(|o| o.span.file).collect();
-    files.push(diagnostic.span.file);
-    files.sort_unstable();
-    files.dedup();
+impl<'m> Drawing<'m> {
+    fn new(map: &'m SourceMap, diagnostic: &Diagnostic) -> Drawing<'m> {
+        let others = diagnostic.others.iter().map(|other| other.span);
+        let spans: Vec<Span> = others.chain([diagnostic.span]).collect();
+        let mut files: Vec<u32> = spans.iter().map(|span| span.file).collect();
+        files.sort_unstable();
+        files.dedup();
+        let excerpt = |file: u32| {
+            let own = spans.iter().filter(|span| span.file == file);
+            let ends = own.flat_map(|span| [span.start, span.end]);
+            let places: Vec<usize> = ends.map(|byte| characters(map, file, byte)).collect();
+            let excerpt = Excerpt::of(&plain(text(map, file)), &places);
+            (file_id(map, file), excerpt)
+        };
+        let files = files.into_iter().map(excerpt).collect();
+        Drawing { map, spans, files }
+    }
+
+    /// A span in characters of what is shown.
+    fn place(&self, span: Span) -> (FileId, Range<usize>) {
+        let own = self.files.iter().find(|(id, _)| id.index == span.file);
+        let at = |byte: u32| {
+            let at = characters(self.map, span.file, byte);
+            own.map_or(at, |(_, excerpt)| excerpt.place(at))
+        };
+        let start = at(span.start);
+        (file_id(self.map, span.file), start..at(span.end).max(start))
+    }
+
+    fn sources(&self) -> impl ariadne::Cache<FileId> {
+        let files = self.files.iter();
+        let files: Vec<(FileId, String)> = files
+            .map(|(id, excerpt)| (id.clone(), excerpt.text.clone()))
+            .collect();
+        ariadne::sources(files)
+    }
+
+    /// With the columns of the files, which those of cut lines are not.
+    fn with_columns(&self, mut drawn: String) -> String {
+        for span in &self.spans {
+            let (id, shown) = self.place(*span);
+            let own = self.files.iter().find(|(own, _)| *own == id);
+            let Some((_, excerpt)) = own else { continue };
+            let before: Vec<char> = excerpt.text.chars().take(shown.start).collect();
+            let begin = before
+                .iter()
+                .rposition(|c| *c == '\n')
+                .map_or(0, |at| at + 1);
+            let (line, column) = self.map.line_column(*span);
+            let place = |column: usize| format!("{id}:{line}:{column} ]");
+            let cut = before.len() - begin + 1;
+            if cut != column {
+                drawn = drawn.replace(&place(cut), &place(column));
+            }
+        }
+        drawn
+    }
+}
+
+/// How many characters of a file stand before a byte.
+fn characters(map: &SourceMap, file: u32, byte: u32) -> usize {
+    let before = text(map, file).char_indices();
+    before.take_while(|(at, _)| *at < byte as usize).count()
+}
+
+/// A text in which whatever could end a line or steer the terminal, other than a newline, is
+/// replaced, character by character.
+fn plain(text: &str) -> String {
     let plain = |c: char| match c {
         '\n' | '\t' => c,
         '\r' => ' ',
@@ -135,10 +189,7 @@ fn excerpts(map: &SourceMap, diagnostic: &Diagnostic) -> impl ariadne::Cache<Fil
         c if c.is_control() => '\u{fffd}',
         c => c,
     };
-    ariadne::sources(files.into_iter().map(move |index| {
-        let text: String = text(map, index).chars().map(plain).collect();
-        (file_id(map, index), text)
-    }))
+    text.chars().map(plain).collect()
 }
 
 /// Without spaces at the ends of lines; without colour also without the escape sequences that

@@ -119,22 +119,15 @@ impl Dim {
         }
     }
 
-    /// The suffix of a column that holds its values (`m`, `m_per_s`, `n`); empty for plain numbers,
-    /// where the caller knows whether an angle is meant and `rad` is due.
-    pub fn suffix(self) -> String {
-        let unit = self.unit();
-        let mut words = Vec::new();
-        let mut sign = '*';
-        for factor in unit.split_inclusive(['*', '/']) {
-            let name = factor.trim_end_matches(['*', '/']);
-            words.push(match name.split_once("^-") {
-                Some((base, n)) => format!("per_{base}{}", if n == "1" { "" } else { n }),
-                None if sign == '/' => format!("per_{}", name.replace('^', "")),
-                None => name.replace('^', ""),
-            });
-            sign = factor.chars().last().unwrap_or('*');
+    /// As [`Dim::unit`] where nothing is known to turn: one over a time is `1/s`, and no angular
+    /// rate.
+    pub fn unit_without_angle(self) -> String {
+        let times = Dim::new(0, 0, self.time, 0);
+        match self.time {
+            -1 if self == times => "1/s".to_string(),
+            ..-1 if self == times => format!("1/s^{}", self.time.saturating_neg()),
+            _ => self.unit(),
         }
-        words.join("_").to_lowercase()
     }
 
     /// In metre, kilogram, second and ampere (`kg*m/s^3`).
@@ -166,6 +159,25 @@ impl Dim {
             .collect();
         above.join("*") + &below
     }
+}
+
+/// The suffix of a column that holds values of a unit (`m`, `m_per_s`, `per_s`); empty for plain
+/// numbers.
+pub fn unit_suffix(unit: &str) -> String {
+    let mut words = Vec::new();
+    let mut sign = '*';
+    for factor in unit.split_inclusive(['*', '/']) {
+        let name = factor.trim_end_matches(['*', '/']);
+        words.push(match name.split_once("^-") {
+            _ if name == "1" => String::new(),
+            Some((base, n)) => format!("per_{base}{}", if n == "1" { "" } else { n }),
+            None if sign == '/' => format!("per_{}", name.replace('^', "")),
+            None => name.replace('^', ""),
+        });
+        sign = factor.chars().last().unwrap_or('*');
+    }
+    words.retain(|word| !word.is_empty());
+    words.join("_").to_lowercase()
 }
 
 /// The unit, or `1` for plain numbers.

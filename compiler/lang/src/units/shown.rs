@@ -1,6 +1,6 @@
 //! Values as a person would write them.
 
-use super::Dim;
+use super::{Dim, parse_unit};
 use crate::model::Interval;
 
 /// Small values of these are shown in a thousandth of the SI unit.
@@ -33,6 +33,31 @@ fn unit(size: f64, dim: Dim) -> (String, f64) {
         Some((_, unit)) => ((*unit).to_string(), 1e3),
         None => (dim.unit(), 1.0),
     }
+}
+
+/// Units that are usual for what stands on a key, the most usual first. Where none is listed it is
+/// SI's.
+const USUAL: &[(Dim, &[&str])] = &[
+    (Dim::LENGTH, &["mm", "um", "cm", "m"]),
+    (Dim::TIME, &["ms", "s", "us"]),
+    (Dim::MASS, &["g", "kg"]),
+    (Dim::FORCE, &["N", "mN"]),
+    (Dim::TORQUE, &["N*m", "mN*m"]),
+    (Dim::SPEED, &["m/s", "mm/s"]),
+    (Dim::CURRENT, &["A", "mA"]),
+];
+
+/// The unit that is most likely meant by a number without one, of a size; `reach` is the largest
+/// value (SI) that it can sensibly be, if that is known.
+pub fn usual_unit(size: f64, dim: Dim, reach: Option<f64>) -> String {
+    let listed = USUAL.iter().find(|(of, _)| *of == dim);
+    let units = listed.map_or(&[] as &[&str], |(_, units)| units);
+    let fits = |unit: &&&str| {
+        let value = parse_unit(unit).map(|unit| unit.to_si(size));
+        value.is_some_and(|value| reach.is_none_or(|reach| value <= reach * (1.0 + 1e-9)))
+    };
+    let usual = units.iter().find(fits).or(units.first());
+    usual.map_or_else(|| dim.unit(), |unit| (*unit).to_string())
 }
 
 fn in_unit(value: f64, (unit, factor): (String, f64)) -> String {

@@ -101,7 +101,7 @@ fn odd_dimensions_are_shown_in_units_that_read_back() {
 
 #[test]
 fn suffixes_of_columns() {
-    let suffix = |name: &str| dimension(name).unwrap().suffix();
+    let suffix = |name: &str| unit_suffix(&dimension(name).unwrap().unit());
     assert_eq!(suffix("length"), "m");
     assert_eq!(suffix("speed"), "m_per_s");
     assert_eq!(suffix("acceleration"), "m_per_s2");
@@ -110,8 +110,11 @@ fn suffixes_of_columns() {
     assert_eq!(suffix("inertia"), "kg_m2");
     assert_eq!(suffix("angular_rate"), "rad_per_s");
     assert_eq!(suffix("angle"), "");
-    assert_eq!(Dim::new(1, 0, -2, -1).suffix(), "m_per_s2_per_a");
-    assert_eq!(Dim::new(0, 0, -3, 0).suffix(), "per_s3");
+    assert_eq!(
+        unit_suffix(&Dim::new(1, 0, -2, -1).unit()),
+        "m_per_s2_per_a"
+    );
+    assert_eq!(unit_suffix(&Dim::new(0, 0, -3, 0).unit()), "per_s3");
 }
 
 #[test]
@@ -145,4 +148,18 @@ fn names_are_unique_and_found() {
         Some("length")
     );
     assert_eq!(crate::diag::nearest("xyzzy", dimension_names()), None);
+}
+
+#[test]
+fn units_that_are_usual_fit_what_is_declared() {
+    let unit = |size, name, reach| usual_unit(size, dimension(name).unwrap(), reach);
+    assert_eq!(unit(4.0, "length", None), "mm");
+    assert_eq!(unit(4.0, "length", Some(0.01)), "mm");
+    assert_eq!(unit(40.0, "length", Some(0.01)), "um");
+    assert_eq!(unit(0.2, "force", Some(0.5)), "N");
+    assert_eq!(unit(200.0, "force", Some(0.5)), "mN");
+    assert_eq!(unit(20.0, "torque", Some(0.1)), "mN*m");
+    assert_eq!(unit(1e9, "force", Some(0.5)), "N");
+    assert_eq!(unit(80.0, "stiffness", None), "N/m");
+    assert_eq!(unit(3.0, "angle", None), "");
 }

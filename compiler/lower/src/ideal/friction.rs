@@ -1,6 +1,6 @@
 //! Frictions in f64: the balance to the last bit, from the slip of the tick before.
 //!
-//! Rule 19 with as many steps as it takes. Where they do not end, because the force jumps between
+//! Rule 21 with as many steps as it takes. Where they do not end, because the force jumps between
 //! two slips, the interval that holds a balance is halved until nothing is left of it.
 
 /// Newton's steps; what takes more goes round in a circle.

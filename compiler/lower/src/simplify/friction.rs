@@ -1,5 +1,5 @@
 //! Frictions, written out: damped Newton steps from the last slip, held between 0 and the slip
-//! without the friction (rule 19).
+//! without the friction (rule 21).
 //!
 //! ```text
 //!   r = v + gain F(v) - free        d = max(1 + gain F'(v), 1/16)        v <- v - r / d

@@ -199,6 +199,12 @@ impl Select<'_> {
         self.emit_rrr(Isa::SUB_register, a, b)
     }
 
+    /// A sum or difference that saturates: `op d, a, b`, where A stands in M.
+    pub(super) fn saturating(&mut self, op: Isa, operands: [Value; 2]) -> VReg {
+        let [a, b] = operands.map(|operand| self.reg(operand));
+        self.emit_rrr(op, b, a)
+    }
+
     /// The smaller or larger one; by saturation where that does the same.
     pub(super) fn min_max_i32(&mut self, op: Op, a: Value, b: Value) -> VReg {
         let (mut of, mut bounds) = (None, Type::I32.range());

@@ -7,10 +7,11 @@ use crate::thumb::func::Terminator;
 use crate::thumb::literal::Literal;
 use crate::thumb::minst::{Access, AliasClass, MInst, Other, Reg, Relocation, Role, VReg};
 use crate::thumb::registers::{HISTORY, RECORD, SAMPLES, STATE};
+use crate::thumb::routine::{OF_STRINGS, StringRoutine};
 use crate::thumb::state_layout::TICK;
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::layout::words;
-use whippen_kernel::{Range, Type, Value};
+use whippen_kernel::{Range, Type, Value, wave};
 use whippen_modes::ModeId;
 
 /// Places that are neither cells nor lines.
@@ -120,6 +121,19 @@ impl Select<'_> {
     pub(super) fn write_element(&mut self, cell: u32, index: Value, value: Value) {
         let (base, offset) = self.element_address(cell, index);
         self.store_words(AliasClass::Cell(cell), base, offset, value);
+    }
+
+    /// One tick of a string, which is a call.
+    pub(super) fn call_string(&mut self, cells: [u32; 2], args: &[Value]) {
+        let routine = StringRoutine::new(cells, wave::ends(self.values, args));
+        let mut call = MInst {
+            address: Some(Relocation::String(routine)),
+            ..MInst::new(Isa::BL)
+        };
+        for (role, k) in OF_STRINGS.reads.iter().zip(args) {
+            call = call.reg(*role, self.reg(*k));
+        }
+        self.emit(call.access(Access::Update(cells)));
     }
 
     pub(super) fn write_probe(&mut self, probe: u32, value: Value) {

@@ -3,7 +3,7 @@
 use super::Legal;
 use crate::thumb::literal::Literal;
 use crate::thumb::minst::{Access, MInst, Operand, Reg, Relocation, Role, VReg};
-use crate::thumb::routine::Routine;
+use crate::thumb::routine::{OF_STRINGS, Routine};
 use whippen_isa::{Cond, Op};
 
 impl Legal<'_> {
@@ -67,6 +67,7 @@ impl Legal<'_> {
             Op::CMP_immediate | Op::CMN_immediate | Op::CMP_register => self.compare(code),
             Op::ADD_immediate | Op::ADD_register if is_fixed(code, Role::D) => self.walks(code),
             Op::SMULL | Op::UMULL | Op::SMLAL => self.long(code),
+            Op::BL => self.call_string(code),
             _ => {
                 let result = self.word(code);
                 if inst.s {
@@ -78,6 +79,15 @@ impl Legal<'_> {
                 }
             }
         }
+    }
+
+    /// The tick of a string; its operands in low registers, its flags nobody's.
+    fn call_string(&mut self, code: &MInst) {
+        let mut call = *code;
+        for role in OF_STRINGS.reads {
+            call = call.reg(*role, self.value(code, *role));
+        }
+        self.emit(call);
     }
 
     /// A fixed register that goes on.
@@ -302,6 +312,9 @@ impl Legal<'_> {
                 let (top, a) = (self.call(Routine::MulTop, n, m), self.low(code, Role::A));
                 self.three(Op::ADD_register, a, Reg::Virtual(top))
             }
+            // The first operand stands in M.
+            Op::QADD => self.call(Routine::AddSat, m, n),
+            Op::QSUB => self.call(Routine::SubSat, m, n),
             Op::CLZ => self.call(Routine::LeadingZeros, m, m),
             _ => self.call(Routine::Divide, n, m),
         }

@@ -1,7 +1,7 @@
 //! The routines become a part of the object that calls them.
 
-use crate::asm::{Source, assemble};
-use crate::image::{Object, Section, SectionKind, Symbol};
+use crate::image::{Object, Section};
+use crate::thumb::object::append_code;
 use crate::thumb::routine::Routine;
 use crate::thumb::{Options, ThumbError, names};
 
@@ -24,28 +24,8 @@ pub(in crate::thumb) fn add_routines(
     if !object.sections.iter().any(calls) {
         return Ok(());
     }
-    let source = Source {
-        name: "routines.s",
-        text: ROUTINES,
-    };
-    let routines = assemble(&[source], &Default::default(), options.arch)
-        .map_err(|e| ThumbError::Bug(e.to_string()))?;
-    let (code, others) = (object.sections.len(), routines.symbols);
-    let own = others
-        .into_iter()
-        .filter(|symbol| all.contains(&name(&symbol.name)));
-    object.symbols.extend(own.map(|symbol| Symbol {
-        name: name(&symbol.name),
-        section: Some(code),
-        ..symbol
-    }));
-    let text = routines
-        .sections
-        .into_iter()
-        .filter(|section| section.kind == SectionKind::Code && section.size != 0);
-    object.sections.extend(text.map(|section| Section {
-        name: format!(".text.{}.routines", options.name),
-        ..section
-    }));
-    Ok(())
+    let section = format!(".text.{}.routines", options.name);
+    append_code(object, section, options.arch, ROUTINES, |label| {
+        Some(name(label)).filter(|name| all.contains(name))
+    })
 }

@@ -16,7 +16,7 @@ pub(super) fn without(mut func: Func) -> Func {
             for code in block.code.iter().rev() {
                 let (uses, effects) = (
                     code.inst.flags(),
-                    matches!(code.access, Access::Write(_)) || fixed(code),
+                    matches!(code.access, Access::Write(_) | Access::Update(_)) || fixed(code),
                 );
                 let wanted = effects
                     || flags && uses.writes.intersects(Flags::NZCV)

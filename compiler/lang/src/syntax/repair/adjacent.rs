@@ -63,7 +63,10 @@ impl<'s> NumberRepair<'s, '_> {
             self.insert_times(at);
             return next;
         }
-        let end = unit_end(&self.tokens, next);
+        let mut end = unit_end(&self.tokens, next);
+        while has_unit && end < self.tokens.len() && self.is_unit(end) {
+            end = unit_end(&self.tokens, end);
+        }
         self.replace_word(at, end, literal);
         end
     }
@@ -73,6 +76,14 @@ impl<'s> NumberRepair<'s, '_> {
         let is_called = matches!(at(&self.tokens, next + 1), Some(Token::LeftParen));
         let name = self.tokens[next].node.name();
         name.is_none_or(|name| self.declared.contains(name) || is_called)
+    }
+
+    /// Whether nothing but one more unit begins at this place (`0.1 mN m s`).
+    fn is_unit(&self, at: usize) -> bool {
+        let source = self.source(self.tokens[at].span);
+        parse_unit(source).is_some()
+            && !self.declared.contains(source)
+            && adjoins(self.text, &self.tokens, at)
     }
 
     /// A number whose unit goes on with what is none (`75 N/mmm`), up to `end`.
@@ -254,10 +265,14 @@ fn second_unit(literal: Literal, source: &str, unit: Span) -> Diagnostic {
         digits, unit: own, ..
     } = literal;
     let message = format!("`{source}` follows a number that has its unit `{own}` already");
-    let whole = format!("{own}*{source}");
+    let factors: Vec<&str> = source.split_whitespace().collect();
+    let whole = format!("{own}*{}", factors.join("*"));
     let hint = match parse_unit(&whole) {
         Some(_) => format!("write `{digits} {whole}`"),
-        None => format!("a factor needs its sign: `{digits} {own} * {source}`"),
+        None => format!(
+            "a factor needs its sign: `{digits} {own} * {}`",
+            factors.join(" * ")
+        ),
     };
     Diagnostic::new(Code::UnknownUnit, unit, message, "not expected here").hint(hint)
 }

@@ -1,4 +1,5 @@
-//! Keywords used as names: `on` and `off` may name states, others are reported.
+//! Keywords used as names: `on` and `off` may name states and what is emitted, others are
+//! reported.
 
 use super::{Tokens, at};
 use crate::diag::{Code, Diagnostic};
@@ -16,7 +17,7 @@ pub(super) fn repair<'s>(
         }
         let span = tokens[i].span;
         let name = &text[span.start as usize..span.end as usize];
-        if names_state(&tokens, i) {
+        if may_be_on_or_off(&tokens, i) {
             tokens[i].node = Token::Word(name);
         } else if only_a_name(tokens[i - 1].node, at(&tokens, i + 1)) {
             let message = format!("`{name}` is a keyword and cannot be a name");
@@ -31,11 +32,11 @@ pub(super) fn repair<'s>(
     tokens
 }
 
-/// Whether `on` or `off` stands where a state does.
-fn names_state(tokens: &Tokens, i: usize) -> bool {
+/// Whether `on` or `off` stands where a state does, or what is emitted.
+fn may_be_on_or_off(tokens: &Tokens, i: usize) -> bool {
     use Token::*;
     let asked = match tokens[i - 1].node {
-        Is | Arrow => true,
+        Is | Arrow | Emit => true,
         Not => i > 1 && tokens[i - 2].node == Is,
         _ => false,
     };

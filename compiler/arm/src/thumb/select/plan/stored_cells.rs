@@ -30,8 +30,10 @@ pub(super) fn at_starts_of_blocks(mode: &Mode, cells: usize) -> StartsOfBlocks {
 /// Adds the cells that instructions may store to, those inside them included.
 pub(super) fn note_stores(insts: &[Inst], stored: &mut StoredCells) {
     for inst in all_insts(insts) {
-        if let Op::Set(cell) | Op::SetAt(cell) = inst.op {
-            stored[cell as usize] = true;
+        match inst.op {
+            Op::Set(cell) | Op::SetAt(cell) => stored[cell as usize] = true,
+            Op::Wave(u, v) => [u, v].iter().for_each(|cell| stored[*cell as usize] = true),
+            _ => {}
         }
     }
 }

@@ -1,0 +1,148 @@
+//! Values of options: numbers and quantities. What is wrong says what is wanted.
+
+use std::ops::RangeInclusive;
+
+use whippen_compiler::check::tick_rate;
+use whippen_compiler::units::{Dim, Quantity, parse_quantity};
+
+/// What `--tick-rate` is for.
+pub const TICK_RATE: &str =
+    "Ticks per second, 1 to 1000000, such as 8000 or 8kHz; the keyboard's otherwise, or 44100";
+
+/// Most keys that are worth a try: more than any board has.
+const KEYS_MAX: u32 = 65_536;
+
+/// A whole number; `usual` is one that many give.
+fn whole<T>(text: &str, range: RangeInclusive<T>, usual: T) -> Result<T, String>
+where
+    T: std::str::FromStr + PartialOrd + Copy + std::fmt::Display,
+{
+    let number = text.parse().ok().filter(|number| range.contains(number));
+    let (least, most) = (range.start(), range.end());
+    number
+        .ok_or_else(|| format!("wanted is a whole number from {least} to {most}, such as {usual}"))
+}
+
+/// `--keys`: how many.
+pub fn keys(text: &str) -> Result<u32, String> {
+    whole(text, 1..=KEYS_MAX, 40)
+}
+
+/// `--modes`: instructions for all modes of a key.
+pub fn modes(text: &str) -> Result<usize, String> {
+    whole(text, 0..=100_000_000, 8000)
+}
+
+/// `--mode`: one of the modes.
+pub fn mode(text: &str) -> Result<u32, String> {
+    whole(text, 0..=u32::MAX, 0)
+}
+
+/// `--every`: rows.
+pub fn every(text: &str) -> Result<u32, String> {
+    whole(text, 1..=u32::MAX, 44)
+}
+
+/// `--threads`: how many.
+pub fn threads(text: &str) -> Result<u32, String> {
+    whole(text, 1..=256, 2)
+}
+
+/// `--column`: a column of a table.
+pub fn column(text: &str) -> Result<u32, String> {
+    whole(text, 1..=u32::MAX, 2).map_err(|why| format!("{why}: columns are counted from 1"))
+}
+
+/// `--gdb`: a port of this machine.
+pub fn port(text: &str) -> Result<u16, String> {
+    whole(text, 0..=u16::MAX, 3333)
+}
+
+/// `--shifted-flags`: cycles.
+pub fn shifted_flags(text: &str) -> Result<u8, String> {
+    whole(text, 1..=2, 2)
+}
+
+/// `--tick-rate`: ticks per second.
+pub fn rate(text: &str) -> Result<u32, String> {
+    let wanted = |why: String| format!("{why}; wanted is a rate, such as 8000 or 8kHz");
+    let hertz = match text.parse::<f64>() {
+        Ok(hertz) => hertz,
+        Err(_) => quantity(text, Dim::PER_TIME, "a rate, such as 8000 or 8kHz")?,
+    };
+    // A decimal fraction of kilohertz may miss the whole number by its last bit.
+    let whole = hertz.round();
+    let close = (hertz - whole).abs() <= 1e-12 * whole;
+    tick_rate(if close { whole } else { hertz }).map_err(wanted)
+}
+
+/// A length.
+pub fn length(text: &str) -> Result<f64, String> {
+    quantity(text, Dim::LENGTH, "a length, such as 12.7mm")
+}
+
+/// A frequency; a plain number is in Hz.
+pub fn frequency(text: &str) -> Result<f64, String> {
+    positive(text, Dim::PER_TIME, "a frequency, such as 200Hz")
+}
+
+/// A time; a plain number is in seconds.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    positive(text, Dim::TIME, "a time, such as 10s")
+}
+
+/// A quantity above zero; a plain number is in SI.
+fn positive(text: &str, dim: Dim, wanted: &str) -> Result<f64, String> {
+    let value = text
+        .parse::<f64>()
+        .map_or_else(|_| quantity(text, dim, wanted), Ok)?;
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(format!("wanted is {wanted}, above zero"))
+    }
+}
+
+/// A quantity of a dimension, in SI.
+pub fn quantity(text: &str, dim: Dim, wanted: &str) -> Result<f64, String> {
+    match parse_quantity(text) {
+        Ok(Quantity::Real { value, dim: found }) if found == dim => Ok(value),
+        Ok(_) => Err(format!("not {wanted}")),
+        Err(error) => Err(format!("{error}; wanted is {wanted}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_says_what_is_wanted() {
+        let wanted = "wanted is a whole number from 1 to 65536, such as 40";
+        for text in ["x", "0", "-1", "1.5", "1,5", "99999999999999999999", ""] {
+            assert_eq!(keys(text).unwrap_err(), wanted, "{text}");
+        }
+        assert_eq!(keys("65536"), Ok(65_536));
+        assert!(modes("x").unwrap_err().contains("such as 8000"));
+    }
+
+    #[test]
+    fn a_rate_may_have_a_unit() {
+        for (text, hertz) in [("44100", 44_100), ("44.1kHz", 44_100), ("8 kHz", 8000)] {
+            assert_eq!(rate(text), Ok(hertz), "{text}");
+        }
+        for text in [
+            "x", "0", "-1", "44.1k", "1MHzz", "0.5", "2 s", "nan", "1e99",
+        ] {
+            assert!(rate(text).unwrap_err().contains("such as 8000"), "{text}");
+        }
+    }
+
+    #[test]
+    fn times_are_above_zero() {
+        assert_eq!((seconds("10"), seconds("10ms")), (Ok(10.0), Ok(0.01)));
+        for text in ["0", "-1", "inf", "nan", "x", "4mm"] {
+            assert!(seconds(text).unwrap_err().contains("such as 10s"), "{text}");
+        }
+    }
+}
