@@ -374,7 +374,7 @@ fn a_full_disk_is_told_and_nothing_else_ends_the_command() {
     let (code, err) = whippen("check dial.whip --numbers > /dev/full");
     assert_eq!(code, Some(2), "{err}");
     assert!(
-        err.contains("cannot write to stdout: No space left"),
+        err.contains("cannot write to stdout: no space left"),
         "{err}"
     );
     assert_eq!(whippen("check absent.whip 2> /dev/full").0, Some(2));

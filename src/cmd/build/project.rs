@@ -207,6 +207,8 @@ fn put_interfaces(path: &Path, of_time: &str, all: &[Interface]) -> Outcome {
         of_time.replace('\n', "\n   "),
         headers.join("\n")
     );
+    let before = std::fs::read_to_string(path.with_extension("h")).unwrap_or_default();
+    tell_of_other(path, &before, &header);
     put(&path.with_extension("h"), header.as_bytes())?;
     let module = |own: &Interface| match all.len() {
         1 => rust_module(own),
@@ -218,6 +220,24 @@ fn put_interfaces(path: &Path, of_time: &str, all: &[Interface]) -> Outcome {
         &path.with_extension("rs"),
         (note + &modules.join("\n")).as_bytes(),
     )
+}
+
+/// Tells that a header is replaced which belongs to the other kind of file: both have one name, and
+/// the memory of the keys lies differently.
+fn tell_of_other(path: &Path, before: &str, now: &str) {
+    let is_of_object = |header: &str| header.contains("private_");
+    let ending = if is_of_object(now) { "c" } else { "o" };
+    let other = path.with_extension(ending);
+    let is_ours = before.contains("Written by Whippen");
+    if is_ours && is_of_object(before) != is_of_object(now) && other.exists() {
+        tell!(
+            "note: {} and {} are for {} now, and do not fit {}: give one of them another name",
+            path.with_extension("h").display(),
+            path.with_extension("rs").display(),
+            path.display(),
+            other.display()
+        );
+    }
 }
 
 fn report(path: &Path, part: &Part, built: &Built) {
