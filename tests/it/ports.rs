@@ -42,7 +42,8 @@ fn each_port_has_its_place_and_its_force() {
             engine,
         ];
         shell.ends(0, &[&command[..], &["--out", "t.csv"]].concat());
-        // 20 N/m in both directions, 2 N/m from x to y, 100 N/m below -40 mm; the arm tells 0.055 mm.
+        // 20 N/m in both directions, 2 N/m from x to y, 100 N/m below -40 mm; the arm tells 0.055
+        // mm.
         for (column, force_n) in [("drive_x_n", 0.4), ("drive_y_n", -1.0 + 0.04 - 1.0)] {
             let found = last(&shell, "t.csv", column);
             assert!((found - force_n).abs() < 0.01, "{engine}: {column} {found}");
