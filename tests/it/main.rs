@@ -31,6 +31,7 @@ mod pictures;
 mod pipeline;
 mod played;
 mod player;
+mod ports;
 mod random_programs;
 mod readme;
 mod reference;
