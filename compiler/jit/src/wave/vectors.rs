@@ -40,7 +40,12 @@ enum Beside {
 impl Points<'_, '_> {
     /// One tick of all points.
     pub(super) fn tick_in_vectors(mut self) {
-        self.k = self.k.map(|k| self.ins().splat(I32X4, k));
+        // Were it known that all words are the same, they would be widened outside of the loop, and
+        // products of words in it would become those of 64 bits.
+        self.k = self.k.map(|k| {
+            let first = self.ins().scalar_to_vector(I32X4, k);
+            self.words_of(first, first, [0; 4])
+        });
         self.ty = I32X4;
         let bends = self.bends();
         let [u, v] = self.start;
