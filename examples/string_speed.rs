@@ -1,5 +1,5 @@
-//! How fast `jit` ticks a violin's four strings (`benches/strings.kernel`): the fastest of 40 rounds
-//! of 10 000 ticks.
+//! How fast `jit` ticks a violin's four strings (`benches/strings.kernel`): the fastest of 40
+//! rounds of 10 000 ticks.
 //!
 //! ```text
 //! cargo run --release --example string_speed

@@ -1,4 +1,4 @@
-//! Strings of every length near the width of vectors, and long ones, by the interpreter's judgement.
+//! Strings of every length near the width of vectors, and long ones, against the interpreter.
 
 use crate::{JitCode, Options};
 use whippen_kernel::random::{Draw, Rng};
