@@ -67,8 +67,13 @@ pub fn complete(mut program: Vec<Source>, beside: impl FnOnce() -> Vec<Source>) 
 
 /// The programs in a folder, by name, without those that are given.
 pub fn programs_in(folder: &Path, given: &[PathBuf]) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    // The folder of a name alone is here.
+    let here = folder.as_os_str().is_empty();
+    let listed = if here { Path::new(".") } else { folder };
+    let entries = std::fs::read_dir(listed).into_iter().flatten().flatten();
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| folder.join(entry.file_name()))
+        .collect();
     paths.retain(|p| p.extension().is_some_and(|e| e == "whip") && !given.contains(p));
     paths.sort();
     paths.truncate(FILES_MAX);

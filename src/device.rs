@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 
 use whippen_compiler::check::{DeviceName, Keyboard, Program};
 use whippen_compiler::diag::{Code, Diagnostic};
-use whippen_compiler::model::Model;
+use whippen_compiler::model::{Model, Sense};
 use whippen_compiler::source::SourceMap;
-use whippen_compiler::units::{Dim, shown};
-use whippen_runtime::device::Device;
+use whippen_compiler::units::shown;
+use whippen_runtime::device::{Device, Port};
 
 use crate::hardware::DEVICE;
 
 /// What `--device` is for.
-pub const HELP: &str = "The device, by name (mikey, knob) or as a TOML file: the scales of sensor and drive; the \
-     keyboard's otherwise, or mikey, or knob for what turns";
+pub const HELP: &str = "The device, by name (mikey, knob, touch, pad, mouse) or as a TOML file: the scales of sensors \
+     and drives; the keyboard's otherwise, or mikey, or knob for what turns, or the one that has the ports";
 
 /// How `--device` is written.
 pub const VALUE: &str = "NAME|FILE.toml";
@@ -46,6 +46,7 @@ pub fn of_keyboard(
     folder: impl Fn(&str) -> Option<PathBuf>,
 ) -> Result<Option<Device>, Box<Diagnostic>> {
     let (file, span) = match &keyboard.device {
+        DeviceName::Usual => return Ok(None),
         DeviceName::Bundled(name) => return Ok(Device::bundled(name)),
         DeviceName::File(file, span) => (file, *span),
     };
@@ -65,27 +66,41 @@ pub fn of_keyboard(
 /// So much of what a device measures may be missing at an end without a word.
 const UNMEASURED: f64 = 0.05;
 
-/// What an instrument senses beyond what its device measures, in words, if it is much.
-pub fn unmeasured(device: &Device, model: &Model) -> Option<String> {
-    let (sense, sensor) = (model.senses.first()?, &device.sensor);
-    let much = UNMEASURED * (sensor.high - sensor.low);
-    let is_beyond = sense.range.low < sensor.low - much || sense.range.high > sensor.high + much;
-    let of = if model.turns() {
-        Dim::NUMBER
-    } else {
-        Dim::LENGTH
+/// What an instrument senses beyond what its device measures, in words, if it is much: a note for
+/// each port.
+pub fn unmeasured(device: &Device, model: &Model) -> Vec<String> {
+    let ports = model.senses.iter().zip(device.ports_of(model));
+    let note = |(sense, port): (&Sense, &Port)| {
+        let sensor = &port.sensor;
+        let much = UNMEASURED * (sensor.high - sensor.low);
+        let is_beyond =
+            sense.range.low < sensor.low - much || sense.range.high > sensor.high + much;
+        let words = |low: f64, high: f64| {
+            format!("{} .. {}", shown(low, sense.dim), shown(high, sense.dim))
+        };
+        let (of_instrument, of_device) = if model.senses.len() > 1 {
+            (
+                format!("`{}` of ", sense.name),
+                format!("`{}` of ", port.name),
+            )
+        } else {
+            (String::new(), String::new())
+        };
+        is_beyond.then(|| {
+            format!(
+                "{of_instrument}`{}` senses {}, and {of_device}the device `{}` measures {}: the rest is never reached; \
+                 give a device of your own with --device FILE.toml",
+                model.name,
+                words(sense.range.low, sense.range.high),
+                device.name,
+                words(sensor.low, sensor.high),
+            )
+        })
     };
-    let words = |low: f64, high: f64| format!("{} .. {}", shown(low, of), shown(high, of));
-    is_beyond.then(|| {
-        format!(
-            "`{}` senses {}, and the device `{}` measures {}: the rest is never reached; \
-             give a device of your own with --device FILE.toml",
-            model.name,
-            words(sense.range.low, sense.range.high),
-            device.name,
-            words(sensor.low, sensor.high),
-        )
-    })
+    ports
+        .filter_map(note)
+        .chain(device.assumption(model))
+        .collect()
 }
 
 /// The folder of a file of the command line.

@@ -21,6 +21,8 @@ pub(crate) use tell;
 use std::io::{self, ErrorKind, Write};
 use std::sync::OnceLock;
 
+use whippen_runtime::files::reason;
+
 /// Why something of stdout was lost, first.
 static LOST: OnceLock<String> = OnceLock::new();
 
@@ -35,7 +37,7 @@ pub fn keep(printed: io::Result<()>) {
         && error.kind() != ErrorKind::BrokenPipe
     {
         // The first reason is told.
-        let _ = LOST.set(error.to_string());
+        let _ = LOST.set(reason(&error));
     }
 }
 

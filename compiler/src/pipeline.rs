@@ -25,9 +25,9 @@ use whippen_lang::lint;
 use whippen_lang::model::Model;
 use whippen_lang::range::{self, Ranges};
 use whippen_lang::syntax::pretty;
-use whippen_lower::scales::Scales;
+use whippen_lower::scales::{PortScales, Scales};
 use whippen_lower::simplify::{self, Step};
-use whippen_lower::{self as lower, Lowered, lost};
+use whippen_lower::{self as lower, Lowered, lost, slow_port};
 use whippen_modes::{self as modes, Modes};
 use whippen_source::SourceMap;
 
@@ -96,6 +96,8 @@ pub struct Compiled {
     pub ranges: Ranges,
     /// In integers.
     pub lowered: Lowered,
+    /// What the words of each of its ports mean, by sense.
+    pub scales: Vec<Scales>,
     /// What is surely not meant, though it has a meaning.
     pub warnings: Vec<Diagnostic>,
 }
@@ -150,8 +152,12 @@ pub fn front_observed(
 ///
 /// # Errors
 /// Values that cannot be bounded, or a defect.
-pub fn compile(model: Model, scales: Scales, probes: bool) -> Result<Compiled, CompileError> {
-    compile_observed(model, scales, probes, &mut unobserved)
+pub fn compile(
+    model: Model,
+    scales: impl Into<PortScales>,
+    probes: bool,
+) -> Result<Compiled, CompileError> {
+    compile_observed(model, &scales.into(), probes, &mut unobserved)
 }
 
 /// As [`compile`], with an observer.
@@ -160,7 +166,7 @@ pub fn compile(model: Model, scales: Scales, probes: bool) -> Result<Compiled, C
 /// Values that cannot be bounded, or a defect.
 pub fn compile_observed(
     model: Model,
-    scales: Scales,
+    scales: &PortScales,
     probes: bool,
     observer: Observer,
 ) -> Result<Compiled, CompileError> {
@@ -174,9 +180,12 @@ pub fn compile_observed(
         .map_err(|error| defect(Pass::Lower, name, &[error]))?;
     kernel::verify::verify(&lowered.kernel).map_err(|all| defect(Pass::Lower, name, &all))?;
     warnings.extend(lost::warnings(&model, &step, &ranges, &lowered.updates));
+    let scales = scales.of(&model);
+    warnings.extend(slow_port::warnings(&model, &scales));
     warnings.sort_by_key(|d| (d.span, d.code));
     observer(Pass::Lower, &lowered.kernel);
     Ok(Compiled {
+        scales,
         model,
         step,
         ranges,
@@ -263,6 +272,7 @@ mod tests {
         sensor_zero: -0.5e-3,
         sensor_lsb: 11e-3 / 65535.0,
         drive_lsb: 20.0 / 32768.0,
+        update_hz: None,
     };
 
     fn program(text: &str) -> Program {

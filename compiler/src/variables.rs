@@ -21,14 +21,12 @@ use crate::pipeline::Compiled;
 pub fn variables(
     compiled: &Compiled,
     modes: &Modes,
-    scales: Scales,
     name: &str,
     layout: &StateLayout,
 ) -> Variables {
     let describe = Describe {
         compiled,
         modes,
-        scales,
         layout,
     };
     let (key, cells): (Vec<Variable>, Vec<Option<usize>>) = describe.key().into_iter().unzip();
@@ -59,7 +57,6 @@ pub fn variables(
 struct Describe<'a> {
     compiled: &'a Compiled,
     modes: &'a Modes,
-    scales: Scales,
     layout: &'a StateLayout,
 }
 
@@ -71,6 +68,14 @@ fn variable(name: impl Into<String>, at: u32, meaning: Meaning) -> Variable {
         meaning,
         array,
     }
+}
+
+/// What all words of a row mean, if they mean the same; otherwise they are shown as they are.
+fn in_common(meanings: &[Meaning], bytes: i8) -> Meaning {
+    let first = meanings.first();
+    let same = first.filter(|first| meanings.iter().all(|meaning| meaning == *first));
+    same.cloned()
+        .unwrap_or_else(|| real(bytes, 1.0, 0.0, String::new()))
 }
 
 fn real(bytes: i8, lsb: f64, zero: f64, unit: String) -> Meaning {
@@ -146,7 +151,8 @@ impl Describe<'_> {
         if self.layout.has_rows() {
             let kernel = &self.modes.kernel;
             let words = kernel.inputs.len().max(kernel.outputs.len()).max(1) as u32;
-            let [sensor, drive] = self.word_meanings();
+            let sensor = in_common(&self.sensor_meanings(), 2);
+            let drive = in_common(&self.drive_meanings(), -2);
             let (inputs, outputs) = (self.layout.input(0, 0), self.layout.output(0, 0));
             for (name, at, meaning) in [("inputs", inputs, sensor), ("outputs", outputs, drive)] {
                 all.push(Variable {
@@ -223,26 +229,32 @@ impl Describe<'_> {
         }
     }
 
-    /// What a sensor word and a drive word mean.
-    fn word_meanings(&self) -> [Meaning; 2] {
-        let (position, force) = if self.compiled.model.turns() {
-            ("rad", "N*m")
-        } else {
-            ("m", "N")
+    /// What the sensor word of each port means.
+    fn sensor_meanings(&self) -> Vec<Meaning> {
+        let (model, scales) = (&self.compiled.model, &self.compiled.scales);
+        let meaning = |(port, scales): (usize, &Scales)| {
+            let unit = model.unit_of_sensed(port);
+            real(2, scales.sensor_lsb, scales.sensor_zero, unit)
         };
-        let scales = self.scales;
-        [
-            real(2, scales.sensor_lsb, scales.sensor_zero, position.into()),
-            real(-2, scales.drive_lsb, 0.0, force.into()),
-        ]
+        scales.iter().enumerate().map(meaning).collect()
+    }
+
+    /// What the drive word of each driven port means.
+    fn drive_meanings(&self) -> Vec<Meaning> {
+        let (model, scales) = (&self.compiled.model, &self.compiled.scales);
+        let meaning = |port: usize| {
+            let unit = model.dim_of_driven(port).unit();
+            real(-2, scales[port].drive_lsb, 0.0, unit)
+        };
+        model.drives().into_iter().map(meaning).collect()
     }
 
     /// What comes in. What goes out is not this tick's until the tick ends.
     fn words(&self) -> Vec<Variable> {
-        let [sensor, _] = self.word_meanings();
         let inputs = self.modes.kernel.inputs.iter().zip(0..);
         inputs
-            .map(|(port, nth)| variable(spelled(&port.name), 2 * nth, sensor.clone()))
+            .zip(self.sensor_meanings())
+            .map(|((port, nth), meaning)| variable(spelled(&port.name), 2 * nth, meaning))
             .collect()
     }
 

@@ -144,6 +144,10 @@ pub fn record(
     progress: impl FnMut(usize),
 ) -> Result<Closed, RunError> {
     let rate_hz = compiled.model.rate_hz;
+    if compiled.model.senses.len() > 1 {
+        let why = "a closed loop is of one port; give `--motion` for several";
+        return Err(RunError::Engine(why.to_string()));
+    }
     let plant = Plant::new(device, rate_hz, player, start_m).ok_or_else(|| {
         RunError::Engine(format!(
             "the device `{}` does not say how its key moves: add `[mechanics]` with `mass`, `damping` and `friction` to its file",
@@ -191,9 +195,9 @@ struct PlayedKey<'d> {
 }
 
 impl Body for PlayedKey<'_> {
-    fn position_m(&mut self, tick: usize, word: Option<i16>) -> f64 {
-        if let Some(word) = word {
-            self.plant.tick(word);
+    fn move_to(&mut self, tick: usize, drive: Option<&[i16]>, places: &mut [f64]) {
+        if let Some(word) = drive.and_then(<[i16]>::first) {
+            self.plant.tick(*word);
         }
         let plant = &mut self.plant;
         self.observer
@@ -209,7 +213,7 @@ impl Body for PlayedKey<'_> {
             all.given_j,
             all.returned_j,
         ];
-        plant.sensed()
+        places.fill(plant.sensed());
     }
 
     fn observe(&self) -> &[f64] {

@@ -9,6 +9,7 @@ use whippen_compiler::pipeline::Compiled;
 
 use crate::device::Device;
 use crate::engine::{Engine, EngineKind, Happened};
+use crate::session::watch::{Cut, WatchedPort};
 use crate::trajectory::Trajectory;
 
 /// So many events that only one engine had are listed.
@@ -53,7 +54,7 @@ pub struct Comparison {
     pub args_relative_max: f64,
 }
 
-/// Runs `kind` and `ideal` over the same positions.
+/// Runs `kind` and `ideal` over the same places, a trajectory for each port.
 ///
 /// # Errors
 /// The engine cannot be built on this machine.
@@ -61,17 +62,29 @@ pub fn compare(
     compiled: &Compiled,
     device: &Device,
     kind: EngineKind,
-    positions: &Trajectory,
+    places: &[Trajectory],
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, String> {
     let mut engine = Engine::new(kind, compiled, device, 1)?;
     let mut ideal = Engine::new(EngineKind::Ideal, compiled, device, 1)?;
     let mut sums = Sums::new(compiled);
     let mut out = Comparison::default();
-    let (mut drive, senses) = ([0i16], compiled.model.senses.len());
-    let ticks = positions.ticks();
+    let mut drive = vec![0i16; compiled.lowered.kernel.outputs.len()];
+    let mut ports = Vec::new();
+    for (sense, port) in compiled
+        .model
+        .senses
+        .iter()
+        .zip(device.ports_of(&compiled.model))
+    {
+        ports.push(WatchedPort::new(sense, port, compiled.model.rate_hz));
+    }
+    let mut words = vec![0; ports.len()];
+    let ticks = places.iter().map(Trajectory::ticks).max().unwrap_or(0);
     for tick in 0..ticks {
-        let words = vec![device.word_of_position(positions.at(tick)).0; senses];
+        for ((word, port), place) in words.iter_mut().zip(&mut ports).zip(places) {
+            *word = port.word(tick, place.at(tick), &mut Cut::default());
+        }
         for e in [&mut engine, &mut ideal] {
             if tick == 0 {
                 e.start(&words);

@@ -8,21 +8,26 @@
 //! A device is a TOML file (`instruments/hardware/`): every value a string with its unit, as in the
 //! language. What it measures says how it moves: a key slides (m, N), a knob turns (rad, N*m).
 //! Positions and forces are meant that way in all of this crate, also where a name ends in `_m` or
-//! `_n`. Programs that name no device get the bundled one that moves as they do.
+//! `_n`. A device with several ports has a sensor, and perhaps a drive, for each of them, and its
+//! ports are matched with what an instrument senses by their names; a single port takes any name.
+//! Programs that name no device get the bundled one that their senses fit.
 //!
 //! Not here: boards (which core, which pins), what is done about a motor's heat (the firmware), the
 //! mechanics of the key.
 
 mod file;
+mod matching;
 mod mechanics;
+mod port;
+mod port_file;
 
 use std::path::Path;
 
-use whippen_compiler::model::Model;
-use whippen_compiler::scales::Scales;
+use whippen_compiler::scales::PortScales;
 
 use crate::files::{FileError, InputKind, read_text};
 pub use mechanics::{FeltStops, Mechanics};
+pub use port::{Drive, Port, Sensor};
 
 /// The bundled devices: file and text.
 const BUNDLED: &[(&str, &str)] = &[
@@ -34,19 +39,27 @@ const BUNDLED: &[(&str, &str)] = &[
         "knob.toml",
         include_str!("../../instruments/hardware/knob.toml"),
     ),
+    (
+        "touch.toml",
+        include_str!("../../instruments/hardware/touch.toml"),
+    ),
+    (
+        "pad.toml",
+        include_str!("../../instruments/hardware/pad.toml"),
+    ),
+    (
+        "mouse.toml",
+        include_str!("../../instruments/hardware/mouse.toml"),
+    ),
 ];
 
-/// A key's sensor and drive.
+/// Sensors and drives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Device {
     /// Its name.
     pub name: String,
-    /// How positions become words.
-    pub sensor: Sensor,
-    /// How words become forces.
-    pub drive: Drive,
-    /// Whether it is turned (rad, N*m); otherwise it slides (m, N).
-    pub turns: bool,
+    /// Its ports, at least one.
+    pub ports: Vec<Port>,
     /// What its motor stands, if it says so: an image protects it.
     pub motor: Option<Motor>,
     /// How its key moves by itself, if it says so: the stability budget and closed loops need it.
@@ -80,28 +93,6 @@ pub struct Heat {
     pub time_s: f64,
 }
 
-/// A position sensor with its converter: 16-bit words, unsigned.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensor {
-    /// Position at word 0 (m or rad).
-    pub low: f64,
-    /// Position at word 65535 (m or rad), above `low`.
-    pub high: f64,
-    /// From the instant of measurement to the tick that reads the word, in ticks.
-    pub delay_samples: f64,
-}
-
-/// A drive with its converter: 16-bit words, signed (`I1F15`).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drive {
-    /// Force that word 32768 would stand for (N or N*m), above 0.
-    pub full_scale: f64,
-    /// From the tick that writes the word to the instant the force acts, in ticks.
-    pub delay_samples: f64,
-    /// Up to where the force follows (Hz); none for a drive without limit.
-    pub bandwidth_hz: Option<f64>,
-}
-
 impl Device {
     /// The keyboard of the first paper: the device of every key that names none.
     pub fn mikey() -> Device {
@@ -116,35 +107,6 @@ impl Device {
         BUNDLED.iter().map(read).find(|device| device.name == name)
     }
 
-    /// The bundled device for an instrument whose program names none.
-    pub fn of(model: &Model) -> Device {
-        let name = if model.turns() { "knob" } else { "mikey" };
-        Device::bundled(name).expect("both are bundled")
-    }
-
-    /// A device that was found, such as a keyboard's, if the instrument can be played on it;
-    /// otherwise the usual one.
-    pub fn fitting(found: Option<&Device>, model: &Model) -> Device {
-        let fits = found.filter(|device| device.fits(model).is_ok());
-        fits.cloned().unwrap_or_else(|| Device::of(model))
-    }
-
-    /// Whether an instrument can be played on it.
-    ///
-    /// # Errors
-    /// One of them turns and the other slides.
-    pub fn fits(&self, model: &Model) -> Result<(), String> {
-        let (measures, senses) = match (self.turns, model.turns()) {
-            (false, true) => ("lengths", "an angle"),
-            (true, false) => ("angles", "a length"),
-            _ => return Ok(()),
-        };
-        Err(format!(
-            "the device `{}` measures {measures}, but `{}` senses {senses}",
-            self.name, model.name
-        ))
-    }
-
     /// Reads a device file.
     ///
     /// # Errors
@@ -156,41 +118,53 @@ impl Device {
         file::read(path, &text)
     }
 
-    /// The sensor's word for a position, and whether the position lay outside the sensor's range;
-    /// halves are rounded up. What is not a number reads as word 0 and counts as outside.
+    /// The only port, or the first of several.
+    pub fn port(&self) -> &Port {
+        self.ports.first().expect("a device has a port")
+    }
+
+    /// The sensor of the [first port](Device::port).
+    pub fn sensor(&self) -> Sensor {
+        self.port().sensor
+    }
+
+    /// The drive of the [first port](Device::port); one without any force if it has none.
+    pub fn drive(&self) -> Drive {
+        self.port().drive()
+    }
+
+    /// Whether the [first port](Device::port) turns (rad, N*m); otherwise it slides (m, N).
+    pub fn turns(&self) -> bool {
+        self.port().turns()
+    }
+
+    /// The word of the [first port](Device::port) for a position: [`Port::word`].
     pub fn word_of_position(&self, position_m: f64) -> (u16, bool) {
-        let Sensor { low, high, .. } = self.sensor;
-        let word = ((position_m - low) / (high - low) * f64::from(u16::MAX) + 0.5).floor();
-        // The cast clamps, and takes what is not a number to 0.
-        (word as u16, !(low..=high).contains(&position_m))
+        self.port().word(position_m)
     }
 
     /// What lowering and the engines must know of it.
-    pub fn scales(&self) -> Scales {
-        let Sensor { low, high, .. } = self.sensor;
-        Scales {
-            sensor_zero: low,
-            sensor_lsb: (high - low) / f64::from(u16::MAX),
-            drive_lsb: self.drive.full_scale / 32_768.0,
-        }
+    pub fn scales(&self) -> PortScales {
+        let port = |port: &Port| (port.name.clone(), port.scales());
+        PortScales::new(self.ports.iter().map(port).collect())
     }
 
     /// The force (N or N*m) that the motor gives for ever, if the device says what it stands: word
     /// 32768 is its peak current.
     pub fn rated_force(&self) -> Option<f64> {
         self.motor
-            .map(|motor| motor.rated_a / motor.peak_a * self.drive.full_scale)
+            .map(|motor| motor.rated_a / motor.peak_a * self.drive().full_scale)
     }
 
-    /// The position (m or rad) a sensor's word stands for.
+    /// The position (m or rad) a word of the first port's sensor stands for.
     pub fn position_of_word(&self, word: u16) -> f64 {
-        let Sensor { low, high, .. } = self.sensor;
-        low + (high - low) * (f64::from(word) / f64::from(u16::MAX))
+        self.port().sensed(word)
     }
 
-    /// The force (N or N*m) a drive's word stands for; positive pushes the key up.
+    /// The force (N or N*m) a word of the first port's drive stands for; positive pushes the key
+    /// up.
     pub fn force_of_word(&self, word: i16) -> f64 {
-        f64::from(word) / 32768.0 * self.drive.full_scale
+        self.drive().force(word)
     }
 }
 
@@ -206,15 +180,17 @@ mod tests {
             (Some(&mikey), None)
         );
         assert_eq!(
-            mikey.sensor,
+            mikey.sensor(),
             Sensor {
                 low: -0.0005,
                 high: 0.0105,
-                delay_samples: 1.0
+                delay_samples: 1.0,
+                update_hz: None,
+                step: None,
             }
         );
         assert_eq!(
-            mikey.drive,
+            mikey.drive(),
             Drive {
                 full_scale: 32.0,
                 delay_samples: 1.0,
@@ -230,7 +206,7 @@ mod tests {
     #[test]
     fn the_knob_measures_angles_and_drives_torques() {
         let knob = Device::bundled("knob").expect("is bundled");
-        assert!(knob.turns && !Device::mikey().turns);
+        assert!(knob.turns() && !Device::mikey().turns());
         assert!((knob.position_of_word(u16::MAX) - std::f64::consts::PI).abs() < 1e-12);
         assert_eq!(knob.force_of_word(i16::MIN), -0.125);
     }

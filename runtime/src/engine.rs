@@ -9,7 +9,6 @@ use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::{self, Interp};
 use whippen_compiler::lower::{Export, ExportKind, LoweredEvent, LoweredEventKind};
 use whippen_compiler::pipeline::Compiled;
-use whippen_compiler::scales::Scales;
 use whippen_emulator::BoardKind;
 
 use crate::device::Device;
@@ -93,7 +92,7 @@ pub enum Engine<'c> {
     /// See [`EngineKind::Interp`].
     Interp(&'c Compiled, Box<Interp>),
     /// See [`EngineKind::Ideal`].
-    Ideal(&'c Compiled, Box<Ideal<'c>>, Scales),
+    Ideal(&'c Compiled, Box<Ideal<'c>>),
     /// See [`EngineKind::Emulated`].
     Emulated(&'c Compiled, Box<Emulated>),
 }
@@ -110,7 +109,7 @@ impl<'c> Engine<'c> {
         device: &Device,
         keys: usize,
     ) -> Result<Engine<'c>, String> {
-        let (kernel, scales) = (&compiled.lowered.kernel, device.scales());
+        let kernel = &compiled.lowered.kernel;
         Ok(match kind {
             EngineKind::Emulated(board) => Engine::Emulated(
                 compiled,
@@ -127,8 +126,7 @@ impl<'c> Engine<'c> {
             ),
             EngineKind::Ideal => Engine::Ideal(
                 compiled,
-                Box::new(Ideal::new(&compiled.model, scales, keys)),
-                scales,
+                Box::new(Ideal::new(&compiled.model, &device.scales(), keys)),
             ),
         })
     }
@@ -143,18 +141,18 @@ impl<'c> Engine<'c> {
         }
     }
 
-    /// One tick of all keys: sensor words in, drive words out.
+    /// One tick of all keys: sensor words in, drive words out, key after key, and for each key in
+    /// the order of its ports.
     pub fn tick(&mut self, words: &[u16], drive: &mut [i16]) {
         match self {
             Engine::Jit(_, code) => code.tick(words, drive),
             Engine::Interp(_, interp) => interp.tick(words, drive),
             Engine::Emulated(_, board) => board.tick(words, drive),
-            Engine::Ideal(_, ideal, scales) => {
+            Engine::Ideal(compiled, ideal) => {
                 ideal.tick(words);
-                for (key, word) in drive.iter_mut().enumerate() {
-                    *word = (ideal.force_n(key) / scales.drive_lsb)
-                        .round()
-                        .clamp(-32_768.0, 32_767.0) as i16;
+                let words = compiled.lowered.kernel.outputs.len().max(1);
+                for (key, drive) in drive.chunks_mut(words).enumerate() {
+                    ideal.drive_words(key, drive);
                 }
             }
         }
@@ -180,7 +178,7 @@ impl<'c> Engine<'c> {
         match self {
             Engine::Jit(c, code) => probes(code.probes(), c.lowered.exports.len()),
             Engine::Interp(c, interp) => probes(interp.probes(), c.lowered.exports.len()),
-            Engine::Ideal(c, ideal, _) => ideal_value(c, ideal, key, export.kind),
+            Engine::Ideal(c, ideal) => ideal_value(c, ideal, key, export.kind),
             Engine::Emulated(..) => f64::NAN,
         }
     }
@@ -191,7 +189,7 @@ impl<'c> Engine<'c> {
             Engine::Jit(c, code) => decode(&c.lowered.events, code.drain_events()),
             Engine::Interp(c, interp) => decode(&c.lowered.events, interp.drain_events()),
             Engine::Emulated(c, board) => decode(&c.lowered.events, board.drain()),
-            Engine::Ideal(c, ideal, _) => ideal
+            Engine::Ideal(c, ideal) => ideal
                 .occurrences()
                 .iter()
                 .filter_map(|o| {
@@ -219,7 +217,7 @@ fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64
         ExportKind::Sense(s) => ideal.sensed(key, s as usize),
         ExportKind::Slope(s) => ideal.slope(key, s as usize),
         ExportKind::Curvature(s) => ideal.curvature(key, s as usize),
-        ExportKind::Total => ideal.force_n(key),
+        ExportKind::Total(drive) => ideal.force_on(key, model.drives()[drive as usize]),
         ExportKind::Force(i) => ideal.value(key, model.forces[i as usize].value),
         ExportKind::Named(i) => ideal.value(key, model.named[i as usize].value),
         ExportKind::Cell(id) => ideal.before(key).cells[id],

@@ -52,6 +52,8 @@ impl<'a> Entries<'a> {
             list.push((key, value.to_string(), line(at)));
             Ok(())
         })?;
+        // Tables come by name.
+        list.sort_by_key(|(_, _, line)| *line);
         Ok(Entries { path, known, list })
     }
 

@@ -85,10 +85,14 @@ impl fmt::Display for FileError {
 impl std::error::Error for FileError {}
 
 /// The reason without the operating system's error number.
-fn reason(error: &io::Error) -> String {
+pub fn reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file or folder".into(),
         io::ErrorKind::PermissionDenied => "permission denied".into(),
-        _ => error.to_string(),
+        _ => {
+            let told = error.to_string();
+            let words = told.split_once(" (os error");
+            words.map_or(told.clone(), |(words, _)| words.to_lowercase())
+        }
     }
 }

@@ -20,7 +20,7 @@
 //!
 //! Not here: recorded motions (`motion`), strokes made from MIDI notes (`stroke`).
 
-use whippen_compiler::model::Model;
+use whippen_compiler::model::{Model, Sense};
 
 /// One move to a depth, at rest there afterwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -189,7 +189,38 @@ pub fn bundled(model: &Model) -> Gesture {
     }
 }
 
-/// The same, as far (m or rad) as is wanted.
+/// The bundled gestures of the ports of an instrument with several, of equal length: each goes from
+/// its rest, which is 0 or the end nearest to it, far to one side, far to the other and back,
+/// slowly and then fast; each port a quarter of a period later than the one before it, so that two
+/// go round each other.
+pub fn bundled_ports(model: &Model) -> Vec<Gesture> {
+    let ports = model.senses.len();
+    let all: f64 = ROUNDS_S.iter().sum();
+    let last = ROUNDS_S[0] * 0.25 * ports as f64;
+    let round = |(port, sense): (usize, &Sense)| {
+        let (low, high) = (sense.range.low, sense.range.high);
+        let rest = 0.0_f64.clamp(low, high);
+        let side = |end: f64| rest + FAR * (end - rest);
+        let start = Gesture::new().to(rest, 0.0).hold(0.05);
+        let begun = start.hold(0.25 * ROUNDS_S[0] * port as f64);
+        let moved = ROUNDS_S.iter().fold(begun, |gesture, seconds| {
+            let (quarter, half) = (0.25 * seconds, 0.5 * seconds);
+            let gesture = gesture.to(side(high), quarter).to(side(low), half);
+            gesture.to(rest, quarter)
+        });
+        let ends_s = 0.05 + all + last;
+        let wait_s = ends_s - moved.duration_s();
+        moved.hold(wait_s)
+    };
+    model.senses.iter().enumerate().map(round).collect()
+}
+
+/// The rounds of the ports' gesture last so long (s).
+const ROUNDS_S: [f64; 3] = [2.0, 1.0, 0.5];
+/// How much of its range a port goes through.
+const FAR: f64 = 0.8;
+
+/// The bundled gesture of an instrument with one port, as far (m or rad) as is wanted.
 pub fn bundled_to(model: &Model, travel: f64) -> Gesture {
     if model.turns() {
         turns(sensed(model).0, travel / FURTHEST)
@@ -277,6 +308,30 @@ mod tests {
         };
         assert_eq!(ends(-1.0, 1.0), (-FURTHEST, FURTHEST));
         assert_eq!(ends(0.0, 1.0), (0.0, FURTHEST));
+    }
+
+    #[test]
+    fn ports_go_round_within_what_they_sense() {
+        use whippen_compiler::check::Options;
+        use whippen_compiler::front::compile_front;
+        let text = "instrument i { sense x: length in -100 mm .. 50 mm sense p: pressure in 10 Pa .. 20 Pa }";
+        let mut map = whippen_compiler::source::SourceMap::default();
+        map.add("test.whip", text);
+        let (program, _) = compile_front(&mut map, &Options::default());
+        let gestures = bundled_ports(&program.expect("it is correct").instruments[0]);
+        let all: Vec<Vec<f64>> = gestures.iter().map(|g| g.positions(RATE_HZ)).collect();
+        assert!(all[0].len() == all[1].len() && gestures[0].duration_s() < 6.0);
+        let ends = |x: &[f64]| {
+            let low = x.iter().copied().fold(f64::INFINITY, f64::min);
+            (low, x.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+        };
+        let near =
+            |(a, b): (f64, f64), (c, d): (f64, f64)| (a - c).abs() < 1e-9 && (b - d).abs() < 1e-9;
+        assert!(near(ends(&all[0]), (-0.08, 0.04)));
+        assert!(
+            near(ends(&all[1]), (10.0, 18.0)),
+            "it begins where it rests"
+        );
     }
 
     #[test]

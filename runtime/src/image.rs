@@ -135,13 +135,13 @@ fn passivity(device: &Device, rate_hz: f64) -> Result<Option<Passivity>, String>
     let Some(energy_j) = device.passivity_j else {
         return Ok(None);
     };
-    let scales = device.scales();
+    let scales = device.port().scales();
     // A coil follows late by its time constant.
     let coil = device
-        .drive
+        .drive()
         .bandwidth_hz
         .map_or(0.0, |hz| rate_hz / (std::f64::consts::TAU * hz));
-    let late = device.sensor.delay_samples + device.drive.delay_samples + coil;
+    let late = device.sensor().delay_samples + device.drive().delay_samples + coil;
     let damping =
         device.mechanics.map_or(0.0, |mechanics| mechanics.damping) * scales.sensor_lsb * rate_hz
             / scales.drive_lsb;
@@ -186,7 +186,7 @@ fn motor(device: &Device) -> Result<Motor, String> {
     Ok(Motor {
         rated: (32_768.0 * motor.rated_a / motor.peak_a).floor() as u32,
         peak_ms: (1000.0 * motor.peak_s).floor() as u32,
-        newton: (32_768.0 / device.drive.full_scale)
+        newton: (32_768.0 / device.drive().full_scale)
             .round()
             .clamp(1.0, 32_767.0) as u32,
     })

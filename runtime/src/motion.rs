@@ -36,6 +36,8 @@ pub use resample::Resampled;
 use resample::resampled_len;
 
 use crate::trajectory::Trajectory;
+pub use titled::WantedPort;
+use uniform::Uniform;
 
 /// The most ticks a motion may last: about seven hours at 44.1 kHz.
 const TICKS_MAX: usize = 1 << 30;
@@ -126,15 +128,8 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
         map_stops(&mut source.positions_m, stops).map_err(error)?;
     }
     if let Some(corner_hz) = options.lowpass_hz {
-        let rate_hz = source.rate_hz;
-        let smooth = lowpass::lowpass(&source.positions_m, rate_hz, corner_hz);
-        source.positions_m = smooth.ok_or_else(|| {
-            let limit_hz = rate_hz / 2.0;
-            error(format!(
-                "at {rate_hz} rows a second a low-pass must lie below {limit_hz} Hz, \
-                 and {corner_hz} Hz does not"
-            ))
-        })?;
+        let smooth = smoothed(&source.positions_m, source.rate_hz, corner_hz);
+        source.positions_m = smooth.map_err(error)?;
     }
     check_rates(source.positions_m.len(), source.rate_hz, tick_rate_hz).map_err(error)?;
     if !source.positions_m.iter().all(|x| x.abs() <= FARTHEST_M) {
@@ -151,6 +146,72 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
         source_rate_hz: source.rate_hz,
         calibration_clipped: source.calibration_clipped,
         notes: source.notes,
+    })
+}
+
+/// What each of several ports senses at the tick rate, and how it came about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PortMotion {
+    /// By port, all of the same length.
+    pub places: Vec<Trajectory>,
+    /// When the first was recorded (s).
+    pub start_s: f64,
+    /// Rows read from the file.
+    pub samples_read: usize,
+    /// Rows per second of the file, or of the grid its rows were interpolated onto.
+    pub source_rate_hz: f64,
+    /// What else one should know about it, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// Reads the motion of several ports from a table such as `t_s,x_mm,y_mm` and brings it to the tick
+/// rate.
+///
+/// # Errors
+/// As [`load`]; ports without a column are named.
+pub fn load_ports(
+    path: &Path,
+    ports: &[WantedPort],
+    lowpass_hz: Option<f64>,
+    tick_rate_hz: u32,
+) -> Result<PortMotion, FileError> {
+    let table = titled::read_ports(path, ports, ROWS_MAX)?;
+    let error = |message: String| FileError::new(path, message);
+    let (mut places, mut notes) = (Vec::new(), Vec::new());
+    let mut source_rate_hz = 0.0;
+    for Uniform {
+        rate_hz,
+        samples,
+        note,
+    } in table.grids
+    {
+        check_rates(samples.len(), rate_hz, tick_rate_hz).map_err(error)?;
+        let samples = match lowpass_hz {
+            Some(corner_hz) => smoothed(&samples, rate_hz, corner_hz).map_err(error)?,
+            None => samples,
+        };
+        places.push(Resampled::new(samples, rate_hz, f64::from(tick_rate_hz)).into());
+        source_rate_hz = rate_hz;
+        // The times are the same for all columns, and so is what is to be said of them.
+        notes = note.into_iter().collect();
+    }
+    Ok(PortMotion {
+        places,
+        start_s: table.start_s,
+        samples_read: table.rows,
+        source_rate_hz,
+        notes,
+    })
+}
+
+/// Samples without what is above a frequency.
+fn smoothed(samples: &[f64], rate_hz: f64, corner_hz: f64) -> Result<Vec<f64>, String> {
+    lowpass::lowpass(samples, rate_hz, corner_hz).ok_or_else(|| {
+        let limit_hz = rate_hz / 2.0;
+        format!(
+            "at {rate_hz} rows a second a low-pass must lie below {limit_hz} Hz, \
+             and {corner_hz} Hz does not"
+        )
     })
 }
 

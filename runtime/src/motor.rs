@@ -64,7 +64,7 @@ impl Meter {
         let warm = motor.heat.map(|_| 0.0);
         Some(Meter {
             motor,
-            full_scale: device.drive.full_scale,
+            full_scale: device.drive().full_scale,
             tick_s: 1.0 / f64::from(rate_hz),
             ticks: 0,
             squares: 0.0,
@@ -188,7 +188,7 @@ pub fn play(
     let exports = &compiled.lowered.exports;
     let total = exports
         .iter()
-        .position(|e| e.kind == ExportKind::Total)
+        .position(|e| e.kind == ExportKind::Total(0))
         .ok_or("the force is not observed")?;
     let mut engine = Engine::new(EngineKind::Jit, compiled, device, 1)?;
     let (motor, rate_hz) = (meter.motor, f64::from(compiled.model.rate_hz));

@@ -101,13 +101,13 @@ impl<'d> Plant<'d> {
     pub fn new(device: &'d Device, rate_hz: u32, player: Player, x: f64) -> Option<Plant<'d>> {
         let mechanics = device.mechanics?;
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
-        let late = steps(device.sensor.delay_samples);
+        let late = steps(device.sensor().delay_samples);
         let wanted = match &player {
             Player::Force(force) => (force.get(0).unwrap_or(0.0), 0.0),
             Player::Hand { target, .. } => (target.at(0), target.at(1)),
         };
         let corner = device
-            .drive
+            .drive()
             .bandwidth_hz
             .map(|hz| std::f64::consts::TAU * hz);
         Some(Plant {
@@ -190,7 +190,7 @@ impl<'d> Plant<'d> {
 
     /// Takes the drive's word of this tick and goes on to the next.
     pub fn tick(&mut self, word: i16) {
-        let begins = self.step + steps(self.device.drive.delay_samples);
+        let begins = self.step + steps(self.device.drive().delay_samples);
         self.asked
             .push_back((begins, self.device.force_of_word(word)));
         for _ in 0..STEPS {
@@ -341,7 +341,8 @@ mod tests {
     #[test]
     fn the_drive_acts_after_its_delay_and_its_coil() {
         let mut fast = device(|m| (m.friction, m.damping) = (0.0, 0.0));
-        fast.drive.bandwidth_hz = None;
+        let drive = fast.ports[0].drive.as_mut().expect("a key is driven");
+        drive.bandwidth_hz = None;
         let mut plant = Plant::new(&fast, RATE_HZ, Player::nobody(), 5e-3).expect("mechanics");
         plant.tick(1024);
         assert_eq!(plant.position(), 5e-3, "one sample late");

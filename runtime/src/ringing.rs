@@ -196,7 +196,7 @@ impl<'a> Bench<'a> {
         if !self.spend(2 * ticks) {
             return None;
         }
-        let mut ideal = Ideal::new(model, self.device.scales(), 1);
+        let mut ideal = Ideal::new(model, &self.device.scales(), 1);
         let (mut sum, mut words) = (0.0, vec![0; model.senses.len()]);
         for tick in 0..2 * ticks {
             // Down as a finger goes, without a jump of speed.
@@ -209,7 +209,7 @@ impl<'a> Bench<'a> {
             }
         }
         let force = sum / (ticks - ticks / 2) as f64;
-        let fits = force.abs() <= FORCE_PART * self.device.drive.full_scale;
+        let fits = force.abs() <= FORCE_PART * self.device.drive().full_scale;
         fits.then_some(Balance { ideal, x, force })
     }
 
@@ -297,8 +297,8 @@ impl<'a> Bench<'a> {
     ) -> Option<Vec<f64>> {
         let rate_hz = f64::from(self.model.rate_hz);
         let part = (((REST.0 / hz).max(REST.1) * rate_hz) as usize).max(1);
-        let still = WORDS_AT_REST * self.device.scales().sensor_lsb;
-        let (mut ideal, scales) = (ideal.clone(), self.device.scales());
+        let still = WORDS_AT_REST * self.device.port().scales().sensor_lsb;
+        let (mut ideal, scales) = (ideal.clone(), self.device.port().scales());
         let mut plant = Plant::balanced(self.device, self.model.rate_hz, player, start)?;
         let mut words = vec![0; self.model.senses.len()];
         let mut positions = Vec::with_capacity(ticks);
@@ -324,7 +324,7 @@ impl<'a> Bench<'a> {
 
     fn lasting(&self, positions: &[f64]) -> Option<Swing> {
         let swing = swing(positions, f64::from(self.model.rate_hz))?;
-        (swing.amplitude > WORDS_LEAST * self.device.scales().sensor_lsb).then_some(swing)
+        (swing.amplitude > WORDS_LEAST * self.device.port().scales().sensor_lsb).then_some(swing)
     }
 }
 

@@ -14,11 +14,11 @@
 
 mod columns;
 mod recorder;
+pub(crate) mod watch;
 
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 
 use crate::device::Device;
@@ -40,13 +40,13 @@ pub use recorder::{Emitted, Happenings, Keep, LISTED_MAX, Recording};
 pub struct Counts {
     /// Ticks run.
     pub ticks: usize,
-    /// Ticks in which the position was beyond what the sensor reads.
+    /// Ticks in which a position was beyond what its sensor reads.
     pub sensor_clipped: usize,
-    /// Ticks in which the position was beyond the range the instrument senses.
+    /// Ticks in which a position was beyond the range the instrument senses.
     pub sense_clamped: usize,
-    /// Ticks in which the force was beyond what the drive gives.
+    /// Ticks in which a force was beyond what its drive gives.
     pub drive_clipped: usize,
-    /// Ticks in which the slew limit held the position back.
+    /// Ticks in which a slew limit held a position back.
     pub slew_held: usize,
     /// Time spent in the engine.
     pub engine_time: Duration,
@@ -111,8 +111,9 @@ impl std::error::Error for RunError {}
 
 /// What moves the key.
 pub(crate) trait Body {
-    /// Where the key is in a tick (m), after the drive's word of the tick before.
-    fn position_m(&mut self, tick: usize, word: Option<i16>) -> f64;
+    /// Puts what each port senses in a tick (m, or as its sense says) into `places`, after the
+    /// drives' words of the tick before.
+    fn move_to(&mut self, tick: usize, drive: Option<&[i16]>, places: &mut [f64]);
 
     /// What is recorded of it in this tick, in the order of [`Signal::Body`].
     fn observe(&self) -> &[f64] {
@@ -120,17 +121,17 @@ pub(crate) trait Body {
     }
 }
 
-/// A key that is where a motion says.
+/// Ports that are where a motion says.
 struct Prescribed<F>(F);
 
-impl<F: FnMut(usize) -> f64> Body for Prescribed<F> {
-    fn position_m(&mut self, tick: usize, _: Option<i16>) -> f64 {
-        (self.0)(tick)
+impl<F: FnMut(usize, &mut [f64])> Body for Prescribed<F> {
+    fn move_to(&mut self, tick: usize, _: Option<&[i16]>, places: &mut [f64]) {
+        (self.0)(tick, places);
     }
 }
 
-/// Runs `compiled` over `positions_m`, one per tick, and keeps every tick. `progress` is told the
-/// ticks done now and then.
+/// Runs `compiled` over `positions_m`, one per tick and the same for each port, and keeps every
+/// tick. `progress` is told the ticks done now and then.
 ///
 /// # Errors
 /// The engine cannot be built on this machine.
@@ -142,19 +143,13 @@ pub fn run(
     progress: impl FnMut(usize),
 ) -> Result<Run, RunError> {
     let recording = Recording::everything(recorded(compiled, device, kind, &[]));
-    let position_m = |tick: usize| positions_m[tick];
-    record(
-        compiled,
-        device,
-        kind,
-        (positions_m.len(), position_m),
-        recording,
-        progress,
-    )
+    let move_to = |tick: usize, places: &mut [f64]| places.fill(positions_m[tick]);
+    let motion = (positions_m.len(), move_to);
+    record(compiled, device, kind, motion, recording, progress)
 }
 
-/// Runs `compiled` for so many ticks over the positions that are asked for one by one, and records
-/// what is wanted. `progress` is told the ticks done now and then.
+/// Runs `compiled` for so many ticks over the places of its ports that are asked for tick by tick,
+/// and records what is wanted. `progress` is told the ticks done now and then.
 ///
 /// # Errors
 /// The engine cannot be built on this machine, or a table cannot be written.
@@ -162,11 +157,11 @@ pub fn record(
     compiled: &Compiled,
     device: &Device,
     kind: EngineKind,
-    (ticks, position_m): (usize, impl FnMut(usize) -> f64),
+    (ticks, move_to): (usize, impl FnMut(usize, &mut [f64])),
     recording: Recording,
     progress: impl FnMut(usize),
 ) -> Result<Run, RunError> {
-    let mut body = Prescribed(position_m);
+    let mut body = Prescribed(move_to);
     record_body(
         compiled,
         device,
@@ -190,19 +185,20 @@ pub(crate) fn record_body(
     let is_chosen = recording.is_chosen();
     let mut recorder = Recorder::new(compiled, device, recording);
     let mut watch = Watch::new(compiled, device);
-    let mut words = vec![0u16; compiled.model.senses.len()];
-    let mut drive = [0i16];
+    let ports = compiled.model.senses.len();
+    let (mut places, mut words) = (vec![0.0; ports], vec![0u16; ports]);
+    let mut drive = vec![0i16; compiled.lowered.kernel.outputs.len()];
     for tick in 0..ticks {
-        let position_m = body.position_m(tick, (tick > 0).then_some(drive[0]));
-        words.fill(watch.word(position_m));
+        body.move_to(tick, (tick > 0).then_some(&drive), &mut places);
+        watch.words(tick, &places, &mut words);
         let before = Instant::now();
         if tick == 0 {
             engine.start(&words);
         }
         engine.tick(&words, &mut drive);
         watch.counts.engine_time += before.elapsed();
-        watch.drive(drive[0]);
-        let written = recorder.tick(&mut engine, tick, drive[0], body.observe());
+        watch.drive(&drive);
+        let written = recorder.tick(&mut engine, tick, &drive, body.observe());
         written.map_err(RunError::Output)?;
         if tick % 4096 == 0 {
             progress(tick);
@@ -235,55 +231,35 @@ pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
 
 /// Counts what the converters and the ranges cut off.
 struct Watch<'a> {
-    device: &'a Device,
-    model: &'a Model,
-    /// Words the first sense accepts, and how far it lets them move in a tick.
-    accepted: (i64, i64),
-    step: Option<i64>,
-    last: Option<i64>,
+    ports: Vec<watch::WatchedPort<'a>>,
     counts: Counts,
 }
 
 impl<'a> Watch<'a> {
     fn new(compiled: &'a Compiled, device: &'a Device) -> Watch<'a> {
-        let (model, scales) = (&compiled.model, device.scales());
-        let sense = model.senses.first();
-        let accepted = sense.map_or((0, 65_535), |s| scales.words_in(s.range));
-        let step = sense
-            .and_then(|s| s.slew_per_s)
-            .map(|v| scales.words_per_tick(v, model.rate_hz));
+        let model = &compiled.model;
+        let ports = model.senses.iter().zip(device.ports_of(model));
+        let watched = |(sense, port)| watch::WatchedPort::new(sense, port, model.rate_hz);
         Watch {
-            device,
-            model,
-            accepted,
-            step,
-            last: None,
+            ports: ports.map(watched).collect(),
             counts: Counts::default(),
         }
     }
 
-    fn word(&mut self, position_m: f64) -> u16 {
-        let (word, clipped) = self.device.word_of_position(position_m);
-        let (low, high) = self.accepted;
-        let wide = i64::from(word).clamp(low, high);
-        let outside = self
-            .model
-            .senses
-            .first()
-            .is_some_and(|s| position_m < s.range.low || position_m > s.range.high);
-        let held = match (self.last, self.step) {
-            (Some(last), Some(step)) => wide.clamp(last - step, last + step),
-            _ => wide,
-        };
+    /// The words of all ports in a tick; a tick counts once, whatever many ports are cut off.
+    fn words(&mut self, tick: usize, places: &[f64], words: &mut [u16]) {
+        let mut cut = watch::Cut::default();
+        for ((port, place), word) in self.ports.iter_mut().zip(places).zip(words) {
+            *word = port.word(tick, *place, &mut cut);
+        }
         self.counts.ticks += 1;
-        self.counts.sensor_clipped += usize::from(clipped);
-        self.counts.sense_clamped += usize::from(outside);
-        self.counts.slew_held += usize::from(held != wide);
-        self.last = Some(held);
-        word
+        self.counts.sensor_clipped += usize::from(cut.at_sensor);
+        self.counts.sense_clamped += usize::from(cut.at_range);
+        self.counts.slew_held += usize::from(cut.held);
     }
 
-    fn drive(&mut self, word: i16) {
-        self.counts.drive_clipped += usize::from(word == i16::MIN || word == i16::MAX);
+    fn drive(&mut self, words: &[i16]) {
+        let is_clipped = |word: &i16| *word == i16::MIN || *word == i16::MAX;
+        self.counts.drive_clipped += usize::from(words.iter().any(is_clipped));
     }
 }

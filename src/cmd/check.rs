@@ -71,7 +71,10 @@ fn once(args: &Args) -> Outcome {
             model.name.clone(),
             devices.of(number, &program.keyboards, &model)?,
         );
-        if let Some(note) = device::unmeasured(&device, &model).filter(|_| !args.json) {
+        for note in device::unmeasured(&device, &model)
+            .iter()
+            .filter(|_| !args.json)
+        {
             tell!("note: {note}");
         }
         let compiled = match load::compiled_as(form, &map, model.clone(), &device) {
@@ -90,22 +93,30 @@ fn once(args: &Args) -> Outcome {
         } else if args.numbers {
             say::whole(&numbers::report(&compiled, &device).to_string());
         } else {
-            say!("{name}: ok");
+            say!("{name}: ok{}", unjudged(&model));
         }
     }
-    for keyboard in program
-        .keyboards
-        .iter()
-        .filter(|_| outcome.is_ok() && !args.json)
-    {
-        say!(
-            "{}: ok ({} keys at {} Hz)",
-            keyboard.name,
-            keyboard.layout.keys,
-            keyboard.rate_hz
-        );
+    if outcome.is_ok() && !args.json {
+        program.keyboards.iter().for_each(found_right);
     }
     outcome
+}
+
+fn found_right(keyboard: &Keyboard) {
+    let keys = match keyboard.layout.keys {
+        1 => "1 key".to_string(),
+        keys => format!("{keys} keys"),
+    };
+    say!("{}: ok ({keys} at {} Hz)", keyboard.name, keyboard.rate_hz);
+}
+
+/// That nothing is said of the loop of an instrument, if that is so.
+fn unjudged(model: &Model) -> &'static str {
+    if model.is_of_key() {
+        ""
+    } else {
+        " (its stability is not judged: that is of a key's one port)"
+    }
 }
 
 /// The devices that instruments are checked for.

@@ -114,6 +114,14 @@ impl HandArgs {
         recording: impl FnOnce(Vec<Recorded>) -> Result<Recording, Failure>,
     ) -> Result<(Run, Vec<String>), Failure> {
         let model = &compiled.model;
+        if model.senses.len() > 1 {
+            let why = "--hand and --force close the loop of one port; move several with --motion";
+            return Err(Failure::Usage(format!(
+                "{why} (`{}` senses {})",
+                model.name,
+                model.senses.len()
+            )));
+        }
         let grip = self.hand.unwrap_or(Grip::Free);
         if self.force.is_some() && !matches!(grip, Grip::Free) {
             return Err(Failure::Usage(
@@ -162,7 +170,7 @@ impl HandArgs {
                 ticks,
             ));
         }
-        let target = positions.trajectory.clone();
+        let target = positions.first();
         let ticks = target.ticks();
         if hand == Hand::FREE {
             let most = target.greatest().unwrap_or(0.0).max(0.0);

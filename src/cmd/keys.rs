@@ -85,6 +85,7 @@ pub fn first_instrument<'a>(
 /// Plays, tells, writes.
 pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let keyboard = PlayedKeyboard::find(setup.program, setup.name, args)?;
+    only_keys(&keyboard)?;
     let keyboard = match setup.on_board.keys {
         Some(keys) => keyboard.with_keys(keys)?,
         None => keyboard,
@@ -233,6 +234,17 @@ fn on_board(
     Ok(logs)
 }
 
+/// That every instrument of a performance is one of keys.
+fn only_keys(keyboard: &PlayedKeyboard) -> Outcome {
+    match keyboard.models().find(|model| !model.is_of_key()) {
+        None => Ok(()),
+        Some(model) => Err(Failure::Usage(format!(
+            "a performance is played on keys, with a port each, and `{}` has other ones: play it with --motion",
+            model.name
+        ))),
+    }
+}
+
 /// One key again, with everything recorded and written.
 fn trace_key(
     setup: &Setup,
@@ -254,7 +266,8 @@ fn trace_key(
     let playing = score.keys.iter().find(|key| key.index == index);
     let mut follower = Follower::new(playing.map_or(&[][..], |key| &key.moves));
     let rate_hz = f64::from(keyboard.rate_hz());
-    let motion = (score.ticks, |tick| follower.at(tick as f64 / rate_hz));
+    let move_to = |tick: usize, places: &mut [f64]| places.fill(follower.at(tick as f64 / rate_hz));
+    let motion = (score.ticks, move_to);
     let progress = Progress::new(score.ticks, keyboard.rate_hz());
     let at = |ticks| progress.at(ticks);
     let played = session::record(&compiled, device, engine, motion, recording, at)

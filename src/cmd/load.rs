@@ -64,8 +64,11 @@ pub fn split(words: &[OsString]) -> Result<(Vec<PathBuf>, Option<&str>), Failure
         )),
         _ => {
             let typed: Vec<String> = words.iter().map(|w| w.display().to_string()).collect();
+            let meant = typed.iter().map(|word| format!("{word}.whip"));
+            let near = meant.into_iter().find(|file| Path::new(file).exists());
+            let near = near.map_or(String::new(), |file| format!("; did you mean `{file}`?"));
             Err(Failure::Usage(format!(
-                "`{}` is neither a .whip file nor exists",
+                "`{}` is neither a .whip file nor exists{near}",
                 typed.join(" ")
             )))
         }
@@ -163,7 +166,7 @@ pub fn compiled_observed(
     probes: bool,
     observer: Observer,
 ) -> Result<Compiled, Failure> {
-    let compiled = pipeline::compile_observed(model, device.scales(), probes, observer);
+    let compiled = pipeline::compile_observed(model, &device.scales(), probes, observer);
     report_diagnostics(Form::Text, map, compiled)
 }
 

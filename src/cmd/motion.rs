@@ -17,7 +17,8 @@ use crate::exit::Failure;
 #[command(next_help_heading = "The motion")]
 pub struct MotionArgs {
     /// The key moves as recorded here: a table with titles such as t_s,x_mm (t_s,angle_deg for a
-    /// knob), or bare columns with --rate; without it a bundled gesture
+    /// knob, t_s,x_mm,y_mm for the ports x and y), or bare columns with --rate; without it a
+    /// bundled gesture
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     motion: Option<PathBuf>,
     /// How far the bundled gesture goes; 10 mm otherwise, or less where the instrument senses less,
@@ -50,31 +51,48 @@ pub struct MotionArgs {
 
 /// Positions at the tick rate, and what is to be said about them.
 pub struct Positions {
-    /// Where the key is at every tick.
-    pub trajectory: Trajectory,
+    /// What each port senses at every tick; where the key is for the only one.
+    pub places: Vec<Trajectory>,
     /// When the first tick is (s): a recording keeps its own times.
     pub start_s: f64,
     pub notes: Vec<String>,
 }
 
 impl Positions {
+    /// How many ticks it lasts.
+    pub fn ticks(&self) -> usize {
+        ticks_of(&self.places)
+    }
+
+    /// Where the key is: the first port.
+    pub fn first(&self) -> Trajectory {
+        let none = || Trajectory::from(Vec::new());
+        self.places.first().cloned().unwrap_or_else(none)
+    }
+
     /// The same for so many ticks, if it is long enough: a gesture is repeated.
     pub fn lasting(self, ticks: usize) -> Positions {
-        let (before, rest) = (self.trajectory.ticks(), self.notes);
-        let trajectory = self.trajectory.lasting(ticks);
-        let note = if trajectory.ticks() > before {
+        let (before, rest) = (self.ticks(), self.notes);
+        let longer = |place: Trajectory| place.lasting(ticks);
+        let places: Vec<Trajectory> = self.places.into_iter().map(longer).collect();
+        let now = ticks_of(&places);
+        let note = if now > before {
             Some("repeated to the end")
-        } else if trajectory.ticks() < ticks {
+        } else if now < ticks {
             Some("it ends before --seconds")
         } else {
             None
         };
         Positions {
-            trajectory,
+            places,
             notes: rest.into_iter().chain(note.map(String::from)).collect(),
             ..self
         }
     }
+}
+
+fn ticks_of(places: &[Trajectory]) -> usize {
+    places.iter().map(Trajectory::ticks).max().unwrap_or(0)
 }
 
 impl MotionArgs {
@@ -84,6 +102,9 @@ impl MotionArgs {
             let message = "`--rest` and `--full` belong together: the positions of the key at rest and when down, \
                            such as `--rest 0.88mm --full 12.7mm`";
             return Err(Failure::Usage(message.to_string()));
+        }
+        if !model.is_of_key() {
+            return self.load_ports(model);
         }
         let (tick_rate_hz, turns) = (model.rate_hz, model.turns());
         let Some(path) = &self.motion else {
@@ -123,9 +144,49 @@ impl MotionArgs {
             ));
         }
         Ok(Positions {
-            trajectory: motion.positions,
+            places: vec![motion.positions],
             start_s: motion.start_s,
             notes,
+        })
+    }
+
+    /// The same for an instrument whose ports are found by their names.
+    fn load_ports(&self, model: &Model) -> Result<Positions, Failure> {
+        let names = model.senses.iter().map(|sense| sense.name.as_str());
+        let names: Vec<&str> = names.collect();
+        let of_key = [
+            ("--rate", self.rate.is_some()),
+            ("--rest", self.rest.is_some()),
+            ("--full", self.full.is_some()),
+            ("--travel", self.travel.is_some()),
+        ];
+        if let Some((option, _)) = of_key.iter().find(|(_, is_given)| *is_given) {
+            return Err(Failure::Usage(format!(
+                "{option} is for a key; `{}` has the ports `{}`, whose motion is a table with a titled column for each",
+                model.name,
+                names.join("`, `")
+            )));
+        }
+        let Some(path) = &self.motion else {
+            return Ok(MotionArgs::bundled(model, None));
+        };
+        let senses = model.senses.iter();
+        let ports: Vec<motion::WantedPort> = senses
+            .map(|sense| (sense.name.as_str(), sense.dim, sense.moves))
+            .collect();
+        let motion = motion::load_ports(path, &ports, self.lowpass, model.rate_hz)
+            .map_err(|e| Failure::Usage(e.to_string()))?;
+        let seconds = ticks_of(&motion.places) as f64 / f64::from(model.rate_hz);
+        let note = format!(
+            "{}: {} rows at {} Hz, {seconds:.2} s",
+            path.display(),
+            motion.samples_read,
+            motion.source_rate_hz
+        );
+        Ok(Positions {
+            places: motion.places,
+            start_s: motion.start_s,
+            notes: std::iter::once(note).chain(motion.notes).collect(),
         })
     }
 
@@ -136,6 +197,15 @@ impl MotionArgs {
 
     /// The bundled gesture, as far (m or rad) as is wanted.
     pub fn bundled(model: &Model, travel: Option<f64>) -> Positions {
+        if !model.is_of_key() {
+            let place = |gesture| Trajectory::of_gesture(gesture, model.rate_hz);
+            let gestures = gesture::bundled_ports(model);
+            return Positions {
+                places: gestures.into_iter().map(place).collect(),
+                start_s: 0.0,
+                notes: vec!["the bundled gesture of several ports (synthetic)".to_string()],
+            };
+        }
         let of = if model.turns() {
             Dim::NUMBER
         } else {
@@ -149,7 +219,7 @@ impl MotionArgs {
             None => gesture::bundled(model),
         };
         Positions {
-            trajectory: Trajectory::of_gesture(gesture, model.rate_hz),
+            places: vec![Trajectory::of_gesture(gesture, model.rate_hz)],
             start_s: 0.0,
             notes: vec![format!("the bundled gesture (synthetic){far}")],
         }

@@ -126,7 +126,8 @@ fn differentiators(out: &mut String, compiled: &Compiled, sense: &Sense, device:
     let n = f64::from(sense.window);
     let rate = f64::from(compiled.model.rate_hz);
     let delay = (n - 1.0) / 2.0;
-    let lsb = device.scales().sensor_lsb;
+    let port = device.port_of(&sense.name).unwrap_or(device.port());
+    let lsb = port.scales().sensor_lsb;
     // Variances of the slope of a line and of the second derivative of a parabola fitted to N
     // samples of unit variance.
     let slope = rate * (12.0 / (n * (n * n - 1.0))).sqrt();

@@ -172,7 +172,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     let (program, engine) = (checked.program, checked.engine);
     let model = load::one_key(program, name, args.keys.key)?;
     let device = load::device(args.device.as_deref(), checked.map, program, &model)?;
-    if let Some(note) = device::unmeasured(&device, &model) {
+    for note in device::unmeasured(&device, &model) {
         tell!("note: {note}");
     }
     let mut positions = args.motion.load(&model)?;
@@ -238,8 +238,8 @@ fn print_errors(
     kind: EngineKind,
     positions: &Positions,
 ) -> Outcome {
-    let progress = Progress::new(positions.trajectory.ticks(), compiled.model.rate_hz);
-    let comparison = compare(compiled, device, kind, &positions.trajectory, |ticks| {
+    let progress = Progress::new(positions.ticks(), compiled.model.rate_hz);
+    let comparison = compare(compiled, device, kind, &positions.places, |ticks| {
         progress.at(ticks)
     });
     progress.done();
@@ -258,9 +258,13 @@ pub fn play(
     positions: &Positions,
     recording: Recording,
 ) -> Result<Run, Failure> {
-    let trajectory = &positions.trajectory;
-    let progress = Progress::new(trajectory.ticks(), compiled.model.rate_hz);
-    let motion = (trajectory.ticks(), |tick| trajectory.at(tick));
+    let progress = Progress::new(positions.ticks(), compiled.model.rate_hz);
+    let move_to = |tick: usize, places: &mut [f64]| {
+        for (place, trajectory) in places.iter_mut().zip(&positions.places) {
+            *place = trajectory.at(tick);
+        }
+    };
+    let motion = (positions.ticks(), move_to);
     let at = |ticks| progress.at(ticks);
     let run = session::record(compiled, device, kind, motion, recording, at);
     progress.done();

@@ -176,9 +176,14 @@ impl SetupArgs {
         program: &Program,
         model: &Model,
     ) -> Result<ImageSetup, Failure> {
-        let (keys, first_note) = program.keyboards.first().map_or((KEYS, FIRST_NOTE), |own| {
-            (own.layout.keys, own.layout.first_note)
-        });
+        // What is no instrument of a key is played once.
+        let usual = if model.is_of_key() { KEYS } else { 1 };
+        let (keys, first_note) = program
+            .keyboards
+            .first()
+            .map_or((usual, FIRST_NOTE), |own| {
+                (own.layout.keys, own.layout.first_note)
+            });
         let layout = Layout::of_one_instrument(&model.name, keys, first_note);
         self.compiled(map, program, &[model], layout)
     }
@@ -286,6 +291,21 @@ impl ImageSetup {
         }
     }
 
+    /// That the firmware has the ports of every instrument.
+    fn check_ports(&self) -> Result<(), Failure> {
+        let mut models = self.instruments.iter().map(|compiled| &compiled.model);
+        let Some(model) = models.find(|model| !model.is_of_key()) else {
+            return Ok(());
+        };
+        let names: Vec<&str> = model.senses.iter().map(|s| s.name.as_str()).collect();
+        Err(Failure::Usage(format!(
+            "the firmware of whole images is one of keys, each with a sensor and a drive, and `{}` has the ports `{}`; \
+             build it for a project of your own (-o x.c, -o x.o), or run it here with --engine jit",
+            model.name,
+            names.join("`, `")
+        )))
+    }
+
     /// The image of the keys that are wanted.
     pub fn build(&self, instruments: &[ImageInstrument]) -> Result<FirmwareImage, Failure> {
         self.build_with(instruments, self.keys, image::setup)
@@ -308,6 +328,7 @@ impl ImageSetup {
         setup: impl Fn(&Compiled, &Device, u32, u32, u8) -> Result<firmware::Setup, String>,
     ) -> Result<FirmwareImage, Failure> {
         self.check_supported()?;
+        self.check_ports()?;
         let (cores, first_note) = (self.board.cores, self.layout.first_note);
         let setup =
             setup(self.first(), &self.device, keys, cores, first_note).map_err(Failure::Usage)?;

@@ -115,13 +115,13 @@ fn visit(file: &str, text: &str) -> Result<Vec<Stop>, Failure> {
             &compiled,
             &device,
             EngineKind::Jit,
-            &positions.trajectory,
+            &positions.places,
             |_| (),
         );
         let deviations = comparison.map_err(Failure::Defect)?.deviations;
         let total = deviations
             .iter()
-            .find(|d| compiled.lowered.exports[d.export].kind == ExportKind::Total);
+            .find(|d| compiled.lowered.exports[d.export].kind == ExportKind::Total(0));
         let (error, peak) =
             total.map_or((0.0, 0.0), |d| (d.max, d.seen.0.abs().max(d.seen.1.abs())));
         outputs.draw(&compiled, &played)?;

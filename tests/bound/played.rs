@@ -83,7 +83,7 @@ fn sources(compiled: &Compiled, keys: usize) -> Vec<(&'static str, Source)> {
         ("strokes", strokes(12, keys)),
         ("gesture", motion(common::gesture_words(compiled), keys)),
     ];
-    if !Device::of(&compiled.model).turns
+    if !Device::of(&compiled.model).turns()
         && let Some(positions) = common::recording()
     {
         all.push(("recording", motion(common::words(&positions), keys)));

@@ -42,14 +42,16 @@ impl Case {
         }
     }
 
-    /// Keys that hear a motion at different times.
+    /// Keys that hear a motion, given by the words of all ports, at different times.
     pub fn played(kernel: Kernel, layout: Layout, words: &[u16], keys: usize) -> Case {
+        let ports = kernel.inputs.len();
         let at = |tick: usize| {
             (0..keys)
-                .map(|key| words[(tick + key * 997) % words.len()])
+                .flat_map(|key| (0..ports).map(move |port| (tick + key * 997) * ports + port))
+                .map(|place| words[place % words.len()])
                 .collect()
         };
-        let ticks = (0..words.len())
+        let ticks = (0..words.len() / ports)
             .map(|tick| Tick {
                 live: None,
                 words: at(tick),

@@ -139,11 +139,10 @@ fn instruments(find: Find, mode: &[&str]) {
         return;
     };
     let mut cases = Vec::new();
-    for compiled in common::all_and_functions() {
-        let words: Vec<u16> = common::gesture_words(&compiled)
-            .into_iter()
-            .step_by(7)
-            .collect();
+    for compiled in common::all_and_programs() {
+        let all = common::gesture_words(&compiled);
+        let rows = all.chunks(compiled.model.senses.len());
+        let words = rows.step_by(7).collect::<Vec<_>>().concat();
         let bare = without_probes(&compiled.lowered.kernel);
         cases.push(Case::played(compiled.lowered.kernel, LAYOUTS[0], &words, 5));
         cases.push(Case::played(bare, LAYOUTS[1], &words, 5));

@@ -10,17 +10,19 @@ use whippen_runtime::device::Device;
 use crate::common;
 
 /// Runs both engines on the same words and compares drive words, probes, events in every tick and
-/// all memory at the end. Every key hears the motion from another place on, so many words after the
-/// key before it.
-fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, ticks: usize) {
+/// all memory at the end. Every key hears the motion from another place on, so many ticks after the
+/// key before it; there are so many words.
+fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, count: usize) {
     let (kernel, name) = (&compiled.lowered.kernel, &compiled.model.name);
     let mut interp = Interp::checked(kernel, keys).unwrap_or_else(|e| panic!("{name}: {e}"));
     let mut jit = JitCode::build(kernel, keys, Options { probes: true })
         .unwrap_or_else(|e| panic!("{name}: {e}"));
-    let (mut a, mut b) = (vec![0i16; keys], vec![0i16; keys]);
-    for tick in 0..ticks {
+    let (ins, outs) = (kernel.inputs.len(), kernel.outputs.len());
+    let (mut a, mut b) = (vec![0i16; keys * outs], vec![0i16; keys * outs]);
+    for tick in 0..count / ins {
         let inputs: Vec<u16> = (0..keys)
-            .map(|key| words[(tick + key * apart) % words.len()])
+            .flat_map(|key| (0..ins).map(move |port| (tick + key * apart) * ins + port))
+            .map(|place| words[place % words.len()])
             .collect();
         if tick == 0 {
             interp.init(&inputs);
@@ -45,7 +47,7 @@ fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, ticks:
 
 #[test]
 fn on_the_bundled_gesture() {
-    for compiled in common::all_and_functions() {
+    for compiled in common::all_and_programs() {
         let words = common::gesture_words(&compiled);
         // One group in lanes and two keys by themselves.
         compare(&compiled, &words, 6, 997, words.len() / 2);
@@ -79,7 +81,7 @@ fn on_noise() {
             }
         })
         .collect();
-    common::all_and_functions()
+    common::all_and_programs()
         .iter()
         .for_each(|compiled| compare(compiled, &noise, 5, 997, noise.len() / 2));
 }

@@ -293,7 +293,7 @@ fn a_wrong_command_line_ends_with_2_and_says_what_to_do() {
         ),
         (
             &["run", "click.whip", "--device", "absent.toml"],
-            &["absent.toml", "no such file"],
+            &["absent.toml", "there is no file"],
         ),
         (
             &["run", "click.whip", "--device", "click.whip"],

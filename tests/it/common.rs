@@ -57,12 +57,25 @@ pub fn all() -> Vec<Compiled> {
         .collect()
 }
 
-/// Every bundled instrument, and one of what none of them has.
-pub fn all_and_functions() -> Vec<Compiled> {
-    let text = include_str!("../programs/functions.whip");
-    let mut every = all();
-    every.extend(compiled("functions.whip", text, &[]));
-    every
+/// Programs of what no bundled instrument has.
+pub const PROGRAMS: [(&str, &str); 4] = [
+    ("functions.whip", include_str!("../programs/functions.whip")),
+    (
+        "two-axis-spring.whip",
+        include_str!("../programs/two-axis-spring.whip"),
+    ),
+    ("pad.whip", include_str!("../programs/pad.whip")),
+    (
+        "dial-and-lever.whip",
+        include_str!("../programs/dial-and-lever.whip"),
+    ),
+];
+
+/// Every bundled instrument, and those of [`PROGRAMS`].
+pub fn all_and_programs() -> Vec<Compiled> {
+    let programs = PROGRAMS.iter();
+    let others = programs.flat_map(|(file, text)| compiled(file, text, &[]));
+    all().into_iter().chain(others).collect()
 }
 
 /// Sensor words of a key's positions.
@@ -70,9 +83,23 @@ pub fn words(positions_m: &[f64]) -> Vec<u16> {
     words_on(&Device::mikey(), positions_m)
 }
 
-/// Sensor words of the bundled gesture of an instrument, on its device.
+/// Sensor words of the bundled gesture of an instrument, on its device: those of all ports, tick
+/// after tick.
 pub fn gesture_words(compiled: &Compiled) -> Vec<u16> {
-    words_on(&Device::of(&compiled.model), &gesture_of(compiled))
+    let model = &compiled.model;
+    let device = Device::of(model);
+    if model.senses.len() == 1 {
+        return words_on(&device, &gesture_of(compiled));
+    }
+    let gestures = gesture::bundled_ports(model);
+    let places: Vec<Vec<f64>> = gestures.iter().map(|g| g.positions(RATE_HZ)).collect();
+    let ports = device.ports_of(model);
+    let ticks = places.first().map_or(0, Vec::len);
+    let row = |tick: usize| {
+        let words = ports.iter().zip(&places);
+        words.map(move |(port, places)| port.word(places[tick]).0)
+    };
+    (0..ticks).flat_map(row).collect()
 }
 
 fn words_on(device: &Device, positions_m: &[f64]) -> Vec<u16> {

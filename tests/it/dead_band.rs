@@ -52,7 +52,7 @@ fn run(compiled: &Compiled, positions_m: &[f64]) -> Vec<[f64; 2]> {
     let cell = kernel.cells.iter().position(|c| c.name == "y");
     let cell = cell.expect("every cell is in the kernel");
     let mut interp = Interp::new(kernel, 1).unwrap_or_else(|e| panic!("{e}"));
-    let mut ideal = Ideal::new(model, Device::of(model).scales(), 1);
+    let mut ideal = Ideal::new(model, &Device::of(model).scales(), 1);
     let words = common::words(positions_m);
     interp.init(&words[..1]);
     let tick = |word: &u16| {

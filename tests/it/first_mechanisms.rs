@@ -246,12 +246,12 @@ fn a_thrown_hammer_leaves_flies_a_parabola_and_comes_back_as_fast() {
         &compared,
         &whippen_runtime::device::Device::mikey(),
         EngineKind::Jit,
-        &Gesture::new()
+        &[Gesture::new()
             .hold(0.05)
             .to(0.006, 0.1)
             .hold(0.05)
             .positions(RATE_HZ)
-            .into(),
+            .into()],
         |_| (),
     );
     let exact = exact.unwrap_or_else(|e| panic!("{e}"));

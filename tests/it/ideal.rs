@@ -17,7 +17,7 @@ fn against_ideal(compiled: &Compiled, positions_m: &[f64]) -> Comparison {
         compiled,
         &Device::of(&compiled.model),
         EngineKind::Jit,
-        &positions_m.to_vec().into(),
+        &[positions_m.to_vec().into()],
         |_| (),
     )
     .unwrap_or_else(|e| panic!("{e}"))
@@ -35,7 +35,7 @@ fn max_of(compiled: &Compiled, comparison: &Comparison, wanted: impl Fn(&Export)
 /// within 0.1 %, same events.
 fn within_the_bars(compiled: &Compiled, positions_m: &[f64]) {
     let comparison = against_ideal(compiled, positions_m);
-    let force_n = max_of(compiled, &comparison, |e| e.kind == ExportKind::Total);
+    let force_n = max_of(compiled, &comparison, |e| e.kind == ExportKind::Total(0));
     let angle_rad = max_of(compiled, &comparison, |e| e.name == "phi");
     println!(
         "{}: force {force_n:.2e} N, angle {angle_rad:.2e} rad, arguments {:.2e}, {} events together, {} apart",
@@ -144,7 +144,7 @@ fn tied(model: &Model, ideal: &Ideal) -> bool {
 pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (usize, usize) {
     let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
     let mut interp = Interp::new(kernel, 1).unwrap_or_else(|e| panic!("{e}"));
-    let mut ideal = Ideal::new(model, Device::of(model).scales(), 1);
+    let mut ideal = Ideal::new(model, &Device::of(model).scales(), 1);
     let (mut drive, mut compared, mut ties) = ([0i16], 0, 0);
     for (tick, &word) in words.iter().enumerate() {
         let inputs = vec![word; model.senses.len()];
@@ -160,7 +160,7 @@ pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (us
         }
         for (export, &integer) in compiled.lowered.exports.iter().zip(interp.probes()) {
             let real = match export.kind {
-                ExportKind::Total => ideal.force_n(0),
+                ExportKind::Total(_) => ideal.force_n(0),
                 ExportKind::Force(i) => ideal.value(0, model.forces[i as usize].value),
                 ExportKind::Named(i) => ideal.value(0, model.named[i as usize].value),
                 ExportKind::Slope(s) => ideal.slope(0, s as usize),

@@ -81,7 +81,7 @@ fn a_device_is_named_or_given_as_a_file_in_every_command() {
         let refuses = |device: &str, says: &[&str]| {
             shell.refuses(2, &words(command, &["dial.whip", "--device", device]), says);
         };
-        let known = "devices are knob, mikey; docs/how-to/device.md says how";
+        let known = "devices are knob, mikey, mouse, pad, touch; docs/how-to/device.md says how";
         refuses(
             "knobb",
             &["there is no device `knobb`; did you mean `knob`?", known],
@@ -374,7 +374,7 @@ fn a_full_disk_is_told_and_nothing_else_ends_the_command() {
     let (code, err) = whippen("check dial.whip --numbers > /dev/full");
     assert_eq!(code, Some(2), "{err}");
     assert!(
-        err.contains("cannot write to stdout: No space left"),
+        err.contains("cannot write to stdout: no space left"),
         "{err}"
     );
     assert_eq!(whippen("check absent.whip 2> /dev/full").0, Some(2));

@@ -29,7 +29,7 @@ fn run_all_passes(name: &str, text: &str) -> Vec<(Pass, String)> {
     let (device, rate_hz) = (Device::of(&model), model.rate_hz);
     let board = board::bundled("rp2350").expect("it is bundled");
     let layout = Layout::of_one_instrument(&model.name, KEYS, FIRST_NOTE);
-    let compiled = pipeline::compile_observed(model, device.scales(), false, &mut observer)
+    let compiled = pipeline::compile_observed(model, &device.scales(), false, &mut observer)
         .unwrap_or_else(|e| panic!("{name}: {e:?}"));
     let instrument = ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut observer)
         .unwrap_or_else(|e| panic!("{name}: {e:?}"));

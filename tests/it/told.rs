@@ -280,3 +280,60 @@ fn a_switch_emits_on_and_off() {
     }
     assert!(shell.lines("s.h").concat().contains("SWITCH_EVENT_ON"));
 }
+
+#[test]
+fn rows_that_are_always_on_are_no_mistake() {
+    let plucks = "instrument cembalo {
+        sense x: length in 0 mm .. 8 mm over 1 ms
+        let front = plectrum(x, row: on, touch: 2.5 mm, peak: 3.6 mm, pluck: 4 mm, height: 0.4 N)
+        force pull = front.pull
+    }";
+    let shell = Shell::new().with("cembalo.whip", plucks);
+    let (_, err) = shell.ends(0, &["check", "cembalo.whip"]);
+    assert!(!err.contains("WH0411"), "{err}");
+    // What is meant by a name without its ending.
+    let near = "did you mean `cembalo.whip`?";
+    shell.refuses(2, &["run", "cembalo"], &[near]);
+    let comma = ["run", "cembalo.whip", "--seconds", "0,5s"];
+    shell.refuses(2, &comma, &["the decimal point is `.`"]);
+}
+
+#[test]
+fn a_program_here_finds_what_lies_beside_it() {
+    let keyboard = "keyboard k { rate 8000 Hz keys C4 .. E4 programs lamp }";
+    let shell = Shell::new()
+        .with("lamp.whip", LAMP)
+        .with("k.whip", keyboard);
+    let (_, err) = shell.ends(0, &["check", "k.whip"]);
+    assert!(err.contains("note: with lamp.whip"), "{err}");
+}
+
+#[test]
+fn one_header_for_two_files_is_told() {
+    let shell = Shell::new().with("lamp.whip", LAMP);
+    let build = |file: &str| {
+        let args = ["build", "lamp.whip", "--keys", "2", "-o", file];
+        shell.ends(0, &args).1
+    };
+    let told = "lamp.h and lamp.rs are for lamp.c now, and do not fit lamp.o";
+    assert!(!build("lamp.o").contains("do not fit"));
+    assert!(build("lamp.c").contains(told));
+    assert!(build("lamp.o").contains("do not fit lamp.c"));
+    assert!(!build("other.o").contains("do not fit"));
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_told_without_numbers_of_errors() {
+    let shell = Shell::new();
+    let socket = std::os::unix::net::UnixListener::bind(shell.path("socket.whip"));
+    std::os::unix::fs::symlink("loop.whip", shell.path("loop.whip")).expect("a link");
+    for (file, says) in [
+        ("socket.whip", "no such device or address"),
+        ("loop.whip", "too many levels of symbolic links"),
+    ] {
+        let (_, err) = shell.ends(2, &["check", file]);
+        assert!(err.contains(says) && !err.contains("os error"), "{err}");
+    }
+    drop(socket);
+}

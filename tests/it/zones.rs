@@ -29,7 +29,7 @@ fn instruments(observe: bool, of_zone: [&[usize]; 2]) -> Vec<Compiled> {
     let scales = Device::mikey().scales();
     let compiled = |(zone, keys): (&Zone, &[usize])| {
         let model: Model = model_of_keys(&models[zone.instrument.index()], keys);
-        compile(model, scales, observe).unwrap_or_else(|e| panic!("{e:?}"))
+        compile(model, scales.clone(), observe).unwrap_or_else(|e| panic!("{e:?}"))
     };
     split.zones.iter().zip(of_zone).map(compiled).collect()
 }

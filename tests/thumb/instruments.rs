@@ -27,7 +27,13 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
     let mut kernels = Vec::new();
     let bundled = INSTRUMENTS.iter().map(|(file, _)| ("instruments", *file));
     // What no bundled instrument has.
-    for (folder, file) in bundled.chain([("tests/programs", "functions.whip")]) {
+    let others = [
+        "functions.whip",
+        "two-axis-spring.whip",
+        "pad.whip",
+        "dial-and-lever.whip",
+    ];
+    for (folder, file) in bundled.chain(others.map(|file| ("tests/programs", file))) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join(folder)
             .join(file);
@@ -40,11 +46,17 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
         let program = program.unwrap_or_else(|| panic!("{file}: {diagnostics:#?}"));
         for model in program.instruments {
             let device = Device::of(&model);
-            let positions = gesture::bundled(&model).positions(44_100);
-            let words = positions
-                .iter()
-                .map(|&x| device.word_of_position(x).0)
-                .collect();
+            let gestures = match model.senses.len() {
+                1 => vec![gesture::bundled(&model)],
+                _ => gesture::bundled_ports(&model),
+            };
+            let places: Vec<Vec<f64>> = gestures.iter().map(|g| g.positions(44_100)).collect();
+            let row = |tick: usize| {
+                let ports = device.ports_of(&model).into_iter().zip(&places);
+                let words = ports.map(|(port, places)| port.word(places[tick]).0);
+                words.collect::<Vec<u16>>()
+            };
+            let words = (0..places[0].len()).flat_map(row).collect();
             let compiled =
                 compile(model, device.scales(), false).unwrap_or_else(|e| panic!("{file}: {e:?}"));
             kernels.push((without_probes(&compiled.lowered.kernel), words));
@@ -55,13 +67,15 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
 
 /// Runs both and compares drive words and events in every tick, and what the modes leave in memory
 /// at the end.
-fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize) -> u16) {
+fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize, usize) -> u16) {
     let kernel = &modes.kernel;
     let mut interp = Interp::new(kernel, KEYS).expect("verifies");
     let mut target = Target::new(modes, KEYS as u32, core);
     let mut drive = vec![0; KEYS * kernel.outputs.len()];
     for tick in 0..TICKS {
-        let words: Vec<u16> = (0..KEYS).map(|key| words(tick, key)).collect();
+        let places =
+            (0..KEYS).flat_map(|key| (0..kernel.inputs.len()).map(move |port| (key, port)));
+        let words: Vec<u16> = places.map(|(key, port)| words(tick, key, port)).collect();
         if tick == 0 {
             interp.init(&words);
             target.init(&words);
@@ -98,11 +112,15 @@ fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize) -> u16) {
     }
 }
 
-fn both(words: impl Fn(&[u16], usize, usize) -> u16) {
+/// The word of a tick, a key and a port, by the rows of a gesture's words.
+fn both(words: impl Fn(&[&[u16]], usize, usize, usize) -> u16) {
     for (kernel, gesture) in all() {
+        let rows: Vec<&[u16]> = gesture.chunks(kernel.inputs.len()).collect();
         for modes in [Modes::single(&kernel), specialize(&kernel, INSTRUCTIONS)] {
             for core in CORES {
-                compare(&modes, core, |tick, key| words(&gesture, tick, key));
+                compare(&modes, core, |tick, key, port| {
+                    words(&rows, tick, key, port)
+                });
             }
         }
     }
@@ -111,13 +129,16 @@ fn both(words: impl Fn(&[u16], usize, usize) -> u16) {
 #[test]
 fn on_the_bundled_gesture() {
     // Every seventh word: a stroke seven times as fast meets every transition in fewer ticks.
-    both(|gesture, tick, key| gesture[(7 * tick + 997 * key) % gesture.len()]);
+    both(|rows, tick, key, port| rows[(7 * tick + 997 * key) % rows.len()][port]);
 }
+
+/// So far apart is the noise of ports.
+const APART: usize = 61;
 
 #[test]
 fn on_noise() {
     let mut random = Rng::new(3);
-    let noise: Vec<u16> = (0..TICKS + KEYS)
+    let noise: Vec<u16> = (0..TICKS + KEYS + 3 * APART)
         .map(|tick| {
             if tick / 40 % 3 == 0 {
                 [0, u16::MAX][tick / 120 % 2]
@@ -126,5 +147,5 @@ fn on_noise() {
             }
         })
         .collect();
-    both(|_, tick, key| noise[tick + key]);
+    both(|_, tick, key, port| noise[tick + key + port * APART]);
 }

@@ -64,7 +64,8 @@ impl fmt::Display for ImageError {
             ImageError::Board(why) => why.fmt(f),
             ImageError::Ports(ins, outs) => write!(
                 f,
-                "a key has {ins} words in and {outs} out; the firmware takes one each"
+                "a key has {ins} words in and {outs} out; the firmware takes one each (code for other projects, .o and .c, \
+                 takes any)"
             ),
             ImageError::Firmware(error) => error.fmt(f),
             ImageError::Code(error) => error.fmt(f),

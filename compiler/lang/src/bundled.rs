@@ -7,7 +7,7 @@
 pub const BOARDS: &[&str] = &["rp2040", "rp2350", "stm32f4"];
 
 /// The devices that a keyboard may name, likewise.
-pub const DEVICES: &[&str] = &["knob", "mikey"];
+pub const DEVICES: &[&str] = &["knob", "mikey", "mouse", "pad", "touch"];
 
 /// The standard library, always in scope: names as shown in messages, and texts.
 pub const STD: &[(&str, &str)] = &[

@@ -43,6 +43,7 @@ mod notes;
 mod operator;
 mod param;
 mod per_key;
+mod ports;
 mod prime;
 mod results;
 mod rule;
@@ -116,7 +117,7 @@ pub struct Keyboard {
     pub name: String,
     /// The board its code runs on, if it says so.
     pub board: Option<String>,
-    /// Sensor, converters, motor and key; `mikey` unless it says otherwise.
+    /// Sensors, converters, motor and key; of keys `mikey` unless it says otherwise.
     pub device: DeviceName,
     /// Ticks per second.
     pub rate_hz: u32,
@@ -127,6 +128,8 @@ pub struct Keyboard {
 /// The device that a keyboard names.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DeviceName {
+    /// It names none, and has ports of its instrument: the bundled one that has them.
+    Usual,
     /// A bundled one.
     Bundled(String),
     /// A file, relative to the program's, and where it is named.
@@ -163,6 +166,7 @@ pub fn check(
             elaborate::instrument(&items, index, settings, &mut diags)
         })
         .collect();
+    ports::of_keys(&boards, &models, &mut diags);
     shared_senses::compare_senses(&boards, &models, &mut diags);
     sets::report_unused(&sets, &items, &mut diags);
     let program = (!diags.any_error()).then(|| Program {

@@ -39,11 +39,12 @@ pub fn lint(model: &Model, ranges: &Ranges) -> Vec<Diagnostic> {
     found
 }
 
-/// An instrument that gives the key nothing to feel.
+/// An instrument of a key that gives it nothing to feel.
 fn silent(model: &Model) -> Option<Diagnostic> {
     let name = &model.name;
+    let could_feel = model.is_of_key();
     let message = format!("the instrument `{name}` has no `force`: the player feels nothing of it");
-    model.forces.is_empty().then(|| {
+    (model.forces.is_empty() && could_feel).then(|| {
         Diagnostic::new(Code::NoForce, model.span, message, "nothing to feel")
             .hint("add a line such as `force spring = 75 N/m * x`")
     })

@@ -94,7 +94,7 @@ pub struct Model {
     /// Kinds of emitted events: names and argument names.
     pub emissions: IdMap<EmissionId, Emission>,
     /// Force terms, in the order of the text.
-    pub forces: Vec<Named>,
+    pub forces: Vec<Force>,
     /// Every `let` and every result of a term (`jack.resistance`), in the order of the text:
     /// exported to traces.
     pub named: Vec<Named>,
@@ -121,7 +121,18 @@ pub struct Item {
     pub call: Option<u32>,
 }
 
-/// `sense`
+/// How that moves which is sensed, and so what may push it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Moves {
+    /// It slides (m), and forces push it.
+    Slides,
+    /// It turns (rad), and torques push it.
+    Turns,
+    /// It is no position, such as a pressure: nothing pushes it.
+    Not,
+}
+
+/// `sense`: a port of the instrument.
 #[derive(Debug, Clone)]
 pub struct Sense {
     /// Name.
@@ -132,6 +143,8 @@ pub struct Sense {
     pub range: Interval,
     /// Window of the differentiators in ticks: odd, at least 3.
     pub window: u32,
+    /// What may push it.
+    pub moves: Moves,
     /// Largest speed let through, SI units per second.
     pub slew_per_s: Option<f64>,
     /// Where it is declared.
@@ -328,6 +341,21 @@ pub struct Emission {
     pub args: Vec<(String, Dim)>,
 }
 
+/// A force term.
+#[derive(Debug, Clone)]
+pub struct Force {
+    /// Name: its label, with the sense where several are driven (`walls.z`).
+    pub name: String,
+    /// A force, or a torque for what turns.
+    pub dim: Dim,
+    /// What it acts on (index into the senses); 0 in an instrument that senses nothing.
+    pub port: usize,
+    /// Its value.
+    pub value: NodeId,
+    /// Where it is declared.
+    pub span: Span,
+}
+
 /// A value with a name.
 #[derive(Debug, Clone)]
 pub struct Named {
@@ -356,9 +384,63 @@ impl Model {
     /// Whether it turns: its first sense is an angle, and its forces are torques. Otherwise it
     /// slides.
     pub fn turns(&self) -> bool {
-        self.senses
-            .first()
-            .is_some_and(|sense| sense.dim.is_number())
+        self.port_turns(0)
+    }
+
+    /// Whether a port is an angle.
+    pub fn port_turns(&self, port: usize) -> bool {
+        let sense = self.senses.get(port);
+        sense.is_some_and(|sense| sense.moves == Moves::Turns)
+    }
+
+    /// Whether a key has its ports: one at most, which slides or turns.
+    pub fn is_of_key(&self) -> bool {
+        match &self.senses[..] {
+            [] => true,
+            [only] => only.moves != Moves::Not,
+            _ => false,
+        }
+    }
+
+    /// The ports that are driven (indices of the senses), by rising number: those on which a force
+    /// acts. A key without any force has a drive, too, which gives 0.
+    pub fn drives(&self) -> Vec<usize> {
+        let is_driven = |port: &usize| self.forces.iter().any(|force| force.port == *port);
+        if self.forces.is_empty() {
+            return if self.is_of_key() {
+                vec![0]
+            } else {
+                Vec::new()
+            };
+        }
+        (0..self.senses.len().max(1)).filter(is_driven).collect()
+    }
+
+    /// The unit of what a port senses, as a program writes it.
+    pub fn unit_of_sensed(&self, port: usize) -> String {
+        match self.senses.get(port) {
+            Some(sense) if sense.moves == Moves::Turns => "rad".to_string(),
+            Some(sense) => sense.dim.unit_without_angle(),
+            None => Dim::LENGTH.unit(),
+        }
+    }
+
+    /// The dimension of what drives a port.
+    pub fn dim_of_driven(&self, port: usize) -> Dim {
+        if self.port_turns(port) {
+            Dim::TORQUE
+        } else {
+            Dim::FORCE
+        }
+    }
+
+    /// A name of something that each driven port has, such as its drive: with the name of the sense
+    /// where several are driven.
+    pub fn name_of_driven(&self, what: &str, port: usize) -> String {
+        match self.senses.get(port) {
+            Some(sense) if self.drives().len() > 1 => format!("{what}.{}", sense.name),
+            _ => what.to_string(),
+        }
     }
 
     /// How a rule is called in messages and event lists: the event's name, or `contact: touching ->

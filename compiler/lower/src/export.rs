@@ -41,8 +41,9 @@ pub enum ExportKind {
     Slope(u32),
     /// Its second derivative, where the program uses it.
     Curvature(u32),
-    /// The sum of all force terms (N), before the drive word clips it.
-    Total,
+    /// The sum of the force terms on a driven port (N or N*m; index into the Model's
+    /// [drives](whippen_lang::model::Model::drives)), before the drive word clips it.
+    Total(u32),
     /// A force term (index into the Model's forces).
     Force(u32),
     /// A cell at the tick's start.
@@ -59,7 +60,7 @@ impl ExportKind {
     fn prefix(self) -> &'static str {
         match self {
             ExportKind::Sense(_) | ExportKind::Slope(_) | ExportKind::Curvature(_) => "sense",
-            ExportKind::Total => "total",
+            ExportKind::Total(_) => "total",
             ExportKind::Force(_) => "force",
             ExportKind::Cell(_) => "cell",
             ExportKind::Machine(_) => "states",
@@ -188,33 +189,28 @@ impl Lowerer<'_> {
         cells.chain(keyed).collect()
     }
 
-    /// The sum of forces as a drive word, clipped to what the device takes.
-    pub(super) fn drive_word(&mut self) -> Result<Value, OpError> {
-        let node = self.step.model.dag.get(self.step.drive).clone();
+    /// The sum of the forces on a driven port as a drive word, clipped to what the device takes.
+    pub(super) fn drive_word(&mut self, number: usize) -> Result<Value, OpError> {
+        let (model, drive) = (&self.step.model, self.step.drives[number]);
+        let port = model.drives()[number];
+        let lsb = self.scales[port].drive_lsb;
+        let node = model.dag.get(drive).clone();
         let (c0, terms) = match node {
             Node::Linear(c0, terms) => (c0.0, terms),
-            _ => (
-                0.0,
-                vec![(whippen_lang::model::dag::Real(1.0), self.step.drive)],
-            ),
+            _ => (0.0, vec![(whippen_lang::model::dag::Real(1.0), drive)]),
         };
         let mut reals = Vec::new();
         let mut forces = Vec::new();
         for (c, x) in terms {
             reals.push(self.term(c.0, x)?);
-            forces.push(origin::force_of(&self.step.model, x));
+            forces.push(origin::force_of(&self.step.model, port, x));
         }
-        let reach = self.ranges.get(self.step.drive).magnitude() / self.scales.drive_lsb;
+        let reach = self.ranges.get(drive).magnitude() / lsb;
         if reach > format::DRIVE_WORD.high as f64 {
-            self.clamps.push("drive word".to_string());
+            let clamp = self.step.model.name_of_driven("drive word", port);
+            self.clamps.push(clamp);
         }
-        self.sum_within(
-            c0,
-            &reals,
-            &forces,
-            self.scales.drive_lsb,
-            format::DRIVE_WORD,
-        )
+        self.sum_within(c0, &reals, &forces, lsb, format::DRIVE_WORD)
     }
 
     /// A probe for everything with a name.
@@ -222,26 +218,14 @@ impl Lowerer<'_> {
         let mut exports = Vec::new();
         let model = &self.step.model;
         self.sense_probes(&mut exports)?;
-        let total = self.real(self.step.drive)?;
-        let newton = model.forces.iter().find_map(|f| f.dim);
-        let range = self.ranges.get(self.step.drive);
-        let name = if newton == Some(Dim::TORQUE) {
-            "torque"
-        } else {
-            "force"
-        };
-        exports.push(self.probe(name, ExportKind::Total, newton, total, range)?);
-        let forces = model
-            .forces
-            .iter()
-            .enumerate()
-            .map(|(i, n)| (n, ExportKind::Force(i as u32)));
-        let named = model
-            .named
-            .iter()
-            .enumerate()
-            .map(|(i, n)| (n, ExportKind::Named(i as u32)));
-        for (value, kind) in forces.chain(named) {
+        self.total_probes(&mut exports)?;
+        for (index, force) in model.forces.iter().enumerate() {
+            let kind = ExportKind::Force(index as u32);
+            let (real, range) = (self.real(force.value)?, self.ranges.get(force.value));
+            exports.push(self.probe(&force.name, kind, Some(force.dim), real, range)?);
+        }
+        for (index, value) in model.named.iter().enumerate() {
+            let kind = ExportKind::Named(index as u32);
             exports.push(if model.dag.get(value.value).is_bool() {
                 let bit = self.bool(value.value)?;
                 self.state_probe(&value.name, kind, bit, 1)?
@@ -258,6 +242,25 @@ impl Lowerer<'_> {
         }
         self.memory_probes(&mut exports)?;
         Ok(exports)
+    }
+
+    /// The sum of the forces on each driven port.
+    fn total_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {
+        let model = &self.step.model;
+        for (number, port) in model.drives().into_iter().enumerate() {
+            let drive = self.step.drives[number];
+            let (real, range) = (self.real(drive)?, self.ranges.get(drive));
+            let acts = model.forces.iter().find(|force| force.port == port);
+            let dim = acts.map(|force| force.dim);
+            let what = if dim == Some(Dim::TORQUE) {
+                "torque"
+            } else {
+                "force"
+            };
+            let name = model.name_of_driven(what, port);
+            exports.push(self.probe(&name, ExportKind::Total(number as u32), dim, real, range)?);
+        }
+        Ok(())
     }
 
     /// What is sensed, and its derivatives where they are computed.

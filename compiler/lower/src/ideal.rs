@@ -13,7 +13,7 @@ mod commit;
 mod sense;
 mod value;
 
-use crate::scales::Scales;
+use crate::scales::{PortScales, Scales};
 use commit::RealWrites;
 use sense::SenseState;
 use whippen_ids::IdMap;
@@ -64,12 +64,13 @@ pub struct Ideal<'m> {
     values: Vec<IdMap<NodeId, f64>>,
     occurrences: Vec<Occurrence>,
     started: bool,
-    scales: Scales,
+    /// By sense.
+    scales: Vec<Scales>,
 }
 
 impl<'m> Ideal<'m> {
     /// `keys` keys at rest in their initial states.
-    pub fn new(model: &'m Model, scales: Scales, keys: usize) -> Ideal<'m> {
+    pub fn new(model: &'m Model, scales: &PortScales, keys: usize) -> Ideal<'m> {
         let state = KeyState {
             cells: model.cells.iter().map(|c| c.init).collect(),
             machines: IdMap::filled(0, model.machines.len()),
@@ -85,7 +86,7 @@ impl<'m> Ideal<'m> {
             values: vec![IdMap::filled(0.0, model.dag.len()); keys],
             occurrences: Vec::new(),
             started: false,
-            scales,
+            scales: scales.of(model),
         }
     }
 
@@ -112,9 +113,10 @@ impl<'m> Ideal<'m> {
 
     fn sense(&mut self, key: usize, words: &[u16]) {
         if !self.started {
-            let start = |(s, &w)| SenseState::new(s, self.scales, self.model.rate_hz, w);
-            self.senses
-                .push(self.model.senses.iter().zip(words).map(start).collect());
+            let rate_hz = self.model.rate_hz;
+            let start = |((s, &scales), &w)| SenseState::new(s, scales, rate_hz, w);
+            let senses = self.model.senses.iter().zip(&self.scales);
+            self.senses.push(senses.zip(words).map(start).collect());
         } else {
             self.senses[key]
                 .iter_mut()
@@ -187,13 +189,27 @@ impl<'m> Ideal<'m> {
         self.senses[key][sense].curvature()
     }
 
-    /// Sum of all force terms in the last tick (N).
+    /// Sum of the force terms on the first port in the last tick (N or N*m).
     pub fn force_n(&self, key: usize) -> f64 {
+        self.force_on(key, 0)
+    }
+
+    /// Sum of the force terms on a port (index of the sense) in the last tick (N or N*m).
+    pub fn force_on(&self, key: usize, port: usize) -> f64 {
         self.model
             .forces
             .iter()
+            .filter(|f| f.port == port)
             .map(|f| self.value(key, f.value))
             .sum()
+    }
+
+    /// The drive words of the last tick, one for each driven port, clipped as a drive clips them.
+    pub fn drive_words(&self, key: usize, words: &mut [i16]) {
+        for (word, port) in words.iter_mut().zip(self.model.drives()) {
+            let force = self.force_on(key, port) / self.scales[port].drive_lsb;
+            *word = force.round().clamp(-32_768.0, 32_767.0) as i16;
+        }
     }
 
     /// Memory of a key at the start of the last tick, on which its values were computed.

@@ -15,6 +15,7 @@ pub mod ideal;
 pub mod lost;
 pub mod scales;
 pub mod simplify;
+pub mod slow_port;
 
 mod chain;
 mod clamp;
@@ -43,7 +44,7 @@ pub use update::{Update, Writer};
 
 use std::collections::HashMap;
 
-use crate::scales::Scales;
+use crate::scales::{PortScales, Scales};
 use crate::simplify::Step;
 use real::Real;
 use whippen_ids::IdMap;
@@ -62,17 +63,19 @@ use whippen_lang::range::Ranges;
 pub fn lower(
     step: &Step,
     ranges: &Ranges,
-    scales: Scales,
+    scales: &PortScales,
     observe: bool,
 ) -> Result<Lowered, OpError> {
-    Lowerer::new(step, ranges, scales, observe).run()
+    let scales = scales.of(&step.model);
+    Lowerer::new(step, ranges, &scales, observe).run()
 }
 
 /// What is known while lowering.
 struct Lowerer<'a> {
     step: &'a Step,
     ranges: &'a Ranges,
-    scales: Scales,
+    /// By sense.
+    scales: &'a [Scales],
     observe: bool,
     b: Builder,
     units: units::Units,
@@ -99,7 +102,7 @@ struct Lowerer<'a> {
 }
 
 impl<'a> Lowerer<'a> {
-    fn new(step: &'a Step, ranges: &'a Ranges, scales: Scales, observe: bool) -> Lowerer<'a> {
+    fn new(step: &'a Step, ranges: &'a Ranges, scales: &'a [Scales], observe: bool) -> Lowerer<'a> {
         Lowerer {
             step,
             ranges,
@@ -127,11 +130,16 @@ impl<'a> Lowerer<'a> {
     fn run(mut self) -> Result<Lowered, OpError> {
         self.declare();
         let events = self.declare_events();
-        let drive = self.b.output("drive", format::DRIVE_WORD);
+        let model = &self.step.model;
+        let mut drives = Vec::new();
+        for port in model.drives() {
+            let name = model.name_of_driven("drive", port);
+            drives.push(self.b.output(&name, format::DRIVE_WORD));
+        }
         self.declare_senses()?;
 
         self.b.begin_tick();
-        let exports = self.from_all(|s| s.tick(drive, &events))?;
+        let exports = self.from_all(|s| s.tick(&drives, &events))?;
         let (lives, memory) = (self.live_meanings(), self.memory_meanings());
         recurrence::judge(self.step, self.ranges, &mut self.updates);
         let (events, clamps, origins) = (events.meanings, self.clamps, self.origins.list);
@@ -150,10 +158,12 @@ impl<'a> Lowerer<'a> {
         })
     }
 
-    fn tick(&mut self, drive: u32, events: &rules::Events) -> Result<Vec<Export>, OpError> {
+    fn tick(&mut self, drives: &[u32], events: &rules::Events) -> Result<Vec<Export>, OpError> {
         self.tick_senses()?;
-        let word = self.drive_word()?;
-        self.b.effect(kernel::Op::Out(drive), &[word])?;
+        for (number, &drive) in drives.iter().enumerate() {
+            let word = self.drive_word(number)?;
+            self.b.effect(kernel::Op::Out(drive), &[word])?;
+        }
         let exports = if self.observe {
             self.probes()?
         } else {

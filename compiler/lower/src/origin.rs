@@ -122,8 +122,8 @@ impl Lowerer<'_> {
     }
 }
 
-/// The force term whose value a summand of the drive is part of: the first of the text.
-pub(super) fn force_of(model: &Model, summand: NodeId) -> Option<Span> {
+/// The force term whose value a summand of the drive of a port is part of: the first of the text.
+pub(super) fn force_of(model: &Model, port: usize, summand: NodeId) -> Option<Span> {
     use whippen_lang::model::Node;
     let sums = |value: NodeId| match model.dag.get(value) {
         Node::Linear(_, terms) => value == summand || terms.iter().any(|(_, x)| *x == summand),
@@ -132,6 +132,6 @@ pub(super) fn force_of(model: &Model, summand: NodeId) -> Option<Span> {
     model
         .forces
         .iter()
-        .find(|force| sums(force.value))
+        .find(|force| force.port == port && sums(force.value))
         .map(|force| force.span)
 }

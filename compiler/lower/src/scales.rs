@@ -1,16 +1,60 @@
 //! Scales of a device: how raw words map to the world, for lowering and every engine.
 
-use whippen_lang::model::Interval;
+use whippen_lang::model::{Interval, Model};
 
-/// Scales of the sensor and drive words of one key.
+/// Scales of the ports of a device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PortScales {
+    /// By the names of the ports, at least one.
+    ports: Vec<(String, Scales)>,
+}
+
+impl From<Scales> for PortScales {
+    /// A device with a single port, which takes any name.
+    fn from(only: Scales) -> PortScales {
+        PortScales {
+            ports: vec![(String::new(), only)],
+        }
+    }
+}
+
+impl PortScales {
+    /// Those of a device with named ports; a single one takes any name.
+    ///
+    /// # Panics
+    /// There is none.
+    pub fn new(ports: Vec<(String, Scales)>) -> PortScales {
+        assert!(!ports.is_empty(), "a device has a port");
+        PortScales { ports }
+    }
+
+    /// The scales of each sense of an instrument that fits the device, in their order; at least
+    /// one. A sense that the device does not have gets those of the first port.
+    pub fn of(&self, model: &Model) -> Vec<Scales> {
+        let (_, first) = self.ports[0];
+        let named = |name: &str| self.ports.iter().find(|(port, _)| port == name);
+        let senses = model.senses.iter();
+        let mut all: Vec<Scales> = senses
+            .map(|sense| named(&sense.name).map_or(first, |(_, scales)| *scales))
+            .collect();
+        if all.is_empty() {
+            all.push(first);
+        }
+        all
+    }
+}
+
+/// Scales of the sensor and drive words of one port.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
     /// Sensed value (SI) at sensor word 0.
     pub sensor_zero: f64,
     /// Sensed value per unit of the sensor word (SI).
     pub sensor_lsb: f64,
-    /// Force (N where x is measured; N*m for an instrument that turns) per unit of the drive word.
+    /// Force (N; N*m for what turns) per unit of the drive word.
     pub drive_lsb: f64,
+    /// How often the sensor is read (Hz); none for every tick.
+    pub update_hz: Option<f64>,
 }
 
 impl Scales {
@@ -44,6 +88,7 @@ mod tests {
         sensor_zero: -0.5e-3,
         sensor_lsb: 11e-3 / 65535.0,
         drive_lsb: 20.0 / 32768.0,
+        update_hz: None,
     };
 
     #[test]

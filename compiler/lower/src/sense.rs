@@ -155,7 +155,8 @@ impl Lowerer<'_> {
         self.b.begin_init();
         for (index, sense) in self.step.model.senses.iter().enumerate() {
             let port = self.b.input(&sense.name, Range::new(0, 65_535));
-            let (low, high) = self.scales.words_in(sense.range);
+            let scales = self.scales[index];
+            let (low, high) = scales.words_in(sense.range);
             let accepted = Range::new(low, high);
             let word = self.b.op(Op::In(port), &[])?;
             let word = self.clamped(word, accepted)?;
@@ -163,10 +164,7 @@ impl Lowerer<'_> {
                 let cell = self
                     .b
                     .cell(&format!("{}.word", sense.name), Type::I32, accepted, low);
-                (
-                    cell,
-                    self.scales.words_per_tick(speed, self.step.model.rate_hz),
-                )
+                (cell, scales.words_per_tick(speed, self.step.model.rate_hz))
             });
             if let Some((cell, _)) = slew {
                 self.b.effect(Op::Set(cell), &[word])?;
@@ -372,10 +370,10 @@ impl Lowerer<'_> {
     ) -> Result<(), OpError> {
         let rate = f64::from(self.step.model.rate_hz);
         let ticks = weights.ticks() as u32;
-        let lsb = slope_lsb(self.scales, rate, ticks);
+        let lsb = slope_lsb(self.scales[index], rate, ticks);
         self.inputs.senses[index].slope = Some(self.differentiated(slope, lsb)?);
         if let Some(bend) = bend {
-            let lsb = curvature_lsb(self.scales, rate, ticks);
+            let lsb = curvature_lsb(self.scales[index], rate, ticks);
             self.inputs.senses[index].curvature = Some(self.differentiated(bend, lsb)?);
         }
         Ok(())
@@ -414,7 +412,8 @@ impl Lowerer<'_> {
 
     pub(super) fn sensed(&self, sense: u32) -> Option<Real> {
         let value = self.inputs.senses[sense as usize].word?;
-        let (lsb, offset) = (self.scales.sensor_lsb, self.scales.sensor_zero);
+        let scales = self.scales[sense as usize];
+        let (lsb, offset) = (scales.sensor_lsb, scales.sensor_zero);
         Some(Real {
             value,
             lsb,

@@ -22,7 +22,7 @@ mod rewrite;
 
 use rewrite::Rewriter;
 use whippen_lang::diag::Diagnostic;
-use whippen_lang::model::{Dag, Interval, Model, Named, Node, NodeId};
+use whippen_lang::model::{Interval, Model, Node, NodeId};
 use whippen_lang::range::{self, Ranges};
 
 /// A Model after algebra, with the step of its bodies and the sum of its forces as nodes.
@@ -34,8 +34,8 @@ pub struct Step {
     pub rates: Vec<NodeId>,
     /// Per body: its coordinate after this tick's integration, before clamps and actions.
     pub coordinates: Vec<NodeId>,
-    /// Sum of all force terms (N at the key front).
-    pub drive: NodeId,
+    /// Per driven port ([`Model::drives`]): the sum of its force terms (N or N*m).
+    pub drives: Vec<NodeId>,
 }
 
 /// Simplifies a model, whose ranges are given; the ranges of the new one come with it.
@@ -45,14 +45,14 @@ pub struct Step {
 pub fn simplify(model: &Model, ranges: Ranges) -> Result<(Step, Ranges), Vec<Diagnostic>> {
     let mut model = model.clone();
     let (rates, coordinates) = integrate(&mut model);
-    let drive = sum(&mut model.dag, &model.forces);
+    let drives = sums(&mut model);
     // That the step is bounded is all that is asked of them: the new graph is bounded by itself.
     drop(ranges.extended_to(&model)?);
 
-    let mut rewriter = Rewriter::new(&model, roots(&model, &rates, &coordinates, drive));
+    let mut rewriter = Rewriter::new(&model, roots(&model, &rates, &coordinates, &drives));
     let rates = rates.iter().map(|&n| rewriter.node(n)).collect();
     let coordinates = coordinates.iter().map(|&n| rewriter.node(n)).collect();
-    let drive = rewriter.node(drive);
+    let drives = drives.iter().map(|&n| rewriter.node(n)).collect();
     let mut out = model.clone();
     out.roots_mut()
         .into_iter()
@@ -63,7 +63,7 @@ pub fn simplify(model: &Model, ranges: Ranges) -> Result<(Step, Ranges), Vec<Dia
         model: out,
         rates,
         coordinates,
-        drive,
+        drives,
     };
     Ok((step, ranges))
 }
@@ -93,15 +93,25 @@ fn integrate(model: &mut Model) -> (Vec<NodeId>, Vec<NodeId>) {
     out
 }
 
-fn sum(dag: &mut Dag, terms: &[Named]) -> NodeId {
-    let zero = dag.constant(0.0);
-    terms
-        .iter()
-        .fold(zero, |sum, term| dag.add(Node::Add(sum, term.value)))
+/// The sum of the force terms on each driven port.
+fn sums(model: &mut Model) -> Vec<NodeId> {
+    let zero = model.dag.constant(0.0);
+    let mut sums = Vec::new();
+    for port in model.drives() {
+        let terms = model.forces.iter().filter(|force| force.port == port);
+        let dag = &mut model.dag;
+        sums.push(terms.fold(zero, |sum, term| dag.add(Node::Add(sum, term.value))));
+    }
+    sums
 }
 
 /// What a tick must compute even if nobody watches.
-fn roots(model: &Model, rates: &[NodeId], coordinates: &[NodeId], drive: NodeId) -> Vec<NodeId> {
+fn roots(
+    model: &Model,
+    rates: &[NodeId],
+    coordinates: &[NodeId],
+    drives: &[NodeId],
+) -> Vec<NodeId> {
     let mut model = Model {
         named: Vec::new(),
         forces: Vec::new(),
@@ -109,7 +119,7 @@ fn roots(model: &Model, rates: &[NodeId], coordinates: &[NodeId], drive: NodeId)
         ..model.clone()
     };
     let named = model.roots_mut().into_iter().map(|root| *root);
-    [rates, coordinates, &[drive]]
+    [rates, coordinates, drives]
         .concat()
         .into_iter()
         .chain(named)

@@ -117,7 +117,7 @@ impl Units {
 }
 
 /// Chooses the units of all values.
-pub(super) fn choose(step: &Step, ranges: &Ranges, scales: Scales) -> Units {
+pub(super) fn choose(step: &Step, ranges: &Ranges, scales: &[Scales]) -> Units {
     let mut chooser = Chooser::new(step, ranges, scales);
     chooser.clusters();
     chooser.anchors();

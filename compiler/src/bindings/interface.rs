@@ -9,18 +9,11 @@ use whippen_kernel::Verified;
 use whippen_lang::model::EmissionId;
 use whippen_lang::units::Dim;
 use whippen_lower::LoweredEventKind;
-use whippen_lower::scales::Scales;
 
 impl Interface {
-    /// What who calls the machine code of `compiled` must know: it was lowered with these scales
-    /// and built under this name, for so many keys, with this layout.
-    pub fn of(
-        compiled: &Compiled,
-        scales: Scales,
-        name: &str,
-        keys: u32,
-        layout: &StateLayout,
-    ) -> Interface {
+    /// What who calls the machine code of `compiled` must know: it was built under this name, for
+    /// so many keys, with this layout.
+    pub fn of(compiled: &Compiled, name: &str, keys: u32, layout: &StateLayout) -> Interface {
         let most = event_ring(&compiled.lowered.kernel, keys).map_or(0, |(_, most)| most);
         let ring = layout.events().map(|ring| Ring {
             at: ring.start,
@@ -36,17 +29,11 @@ impl Interface {
             ring,
             state_bytes: layout.size(),
         };
-        Interface::at(compiled, scales, name, keys, places)
+        Interface::at(compiled, name, keys, places)
     }
 
     /// What who calls C text of `compiled` must know, and the kernel in it.
-    pub fn of_c(
-        compiled: &Compiled,
-        kernel: Verified,
-        scales: Scales,
-        name: &str,
-        keys: u32,
-    ) -> Interface {
+    pub fn of_c(compiled: &Compiled, kernel: Verified, name: &str, keys: u32) -> Interface {
         let ring = event_ring(kernel.kernel(), keys);
         let lives = compiled.lowered.lives.len() as u32;
         let words = row_words(compiled);
@@ -67,31 +54,29 @@ impl Interface {
         let text = component(kernel, &prefix, keys as usize, words as usize);
         Interface {
             component: Some(text),
-            ..Interface::at(compiled, scales, name, keys, places)
+            ..Interface::at(compiled, name, keys, places)
         }
     }
 
-    fn at(compiled: &Compiled, scales: Scales, name: &str, keys: u32, places: Places) -> Interface {
+    fn at(compiled: &Compiled, name: &str, keys: u32, places: Places) -> Interface {
         let (model, kernel) = (&compiled.model, &compiled.lowered.kernel);
-        let (position, force) = if model.turns() {
-            ("rad", "N*m")
-        } else {
-            ("m", "N")
-        };
-        let input = |name| PortInterface {
+        let input = |(port, name): (usize, String)| PortInterface {
             name,
-            lsb: scales.sensor_lsb,
-            zero: scales.sensor_zero,
-            unit: position.into(),
+            lsb: compiled.scales[port].sensor_lsb,
+            zero: compiled.scales[port].sensor_zero,
+            unit: model.unit_of_sensed(port),
         };
-        let output = |name| PortInterface {
+        let output = |(port, name): (usize, String)| PortInterface {
             name,
-            lsb: scales.drive_lsb,
+            lsb: compiled.scales[port].drive_lsb,
             zero: 0.0,
-            unit: force.into(),
+            unit: model.dim_of_driven(port).unit(),
         };
         let names =
             |ports: &[whippen_kernel::Port]| unique(ports.iter().map(|port| port.name.as_str()));
+        let sensed = (0..).zip(names(&kernel.inputs)).map(input).collect();
+        let driven = model.drives().into_iter().zip(names(&kernel.outputs));
+        let driven = driven.map(output).collect();
         let [inputs, outputs] = places.rows;
         Interface {
             name: name.to_string(),
@@ -99,14 +84,8 @@ impl Interface {
             first_key: 0,
             rate_hz: kernel.rate_hz,
             state_bytes: places.state_bytes,
-            inputs: (
-                inputs,
-                names(&kernel.inputs).into_iter().map(input).collect(),
-            ),
-            outputs: (
-                outputs,
-                names(&kernel.outputs).into_iter().map(output).collect(),
-            ),
+            inputs: (inputs, sensed),
+            outputs: (outputs, driven),
             row_words: row_words(compiled),
             lives: lives(compiled, &places.lives),
             events: events(compiled),

@@ -34,6 +34,7 @@ fn programs_of_the_manual_are_one_program_that_compiles() {
         sensor_zero: -0.5e-3,
         sensor_lsb: 11e-3 / 65535.0,
         drive_lsb: 20.0 / 32768.0,
+        update_hz: None,
     };
     for model in program.instruments {
         let name = model.name.clone();

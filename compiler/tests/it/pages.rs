@@ -23,6 +23,7 @@ const SCALES: Scales = Scales {
     sensor_zero: -0.5e-3,
     sensor_lsb: 11e-3 / 65535.0,
     drive_lsb: 20.0 / 32768.0,
+    update_hz: None,
 };
 
 /// The force that the motor of `mikey` gives for ever.
@@ -53,8 +54,13 @@ fn diagnostics(code: Code, text: &str) -> Vec<Diagnostic> {
             ..Options::default()
         },
     );
+    // That of a device which measures less often than there are ticks.
+    let scales = Scales {
+        update_hz: (code == Code::ShortWindow).then_some(1000.0),
+        ..SCALES
+    };
     for model in program.into_iter().flat_map(|p| p.instruments) {
-        match compile(model, SCALES, true) {
+        match compile(model, scales, true) {
             Ok(compiled) => {
                 let model = &compiled.model;
                 let statics = static_force(model).filter(|_| of_budget);

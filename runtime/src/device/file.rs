@@ -4,7 +4,8 @@ use std::path::Path;
 
 use whippen_compiler::units::{Dim, Quantity, parse_quantity, parse_unit};
 
-use super::{Device, Drive, Heat, Mechanics, Motor, Sensor};
+use super::port_file::{port, port_names, several};
+use super::{Device, Heat, Mechanics, Motor};
 use crate::entries::{Entries, Known};
 use crate::files::FileError;
 
@@ -15,10 +16,22 @@ const KEYS: &[Known] = &[
     ("sensor.low", "-0.5 mm"),
     ("sensor.high", "10.5 mm"),
     ("sensor.delay", "1 sample"),
+    ("sensor.rate", "1 kHz"),
+    ("sensor.step", "0.055 mm"),
     ("drive.bits", "16 bit"),
     ("drive.full_scale", "20 N"),
     ("drive.delay", "1 sample"),
     ("drive.bandwidth", "3 kHz"),
+    ("port.*.sensor.bits", "16 bit"),
+    ("port.*.sensor.low", "-0.5 mm"),
+    ("port.*.sensor.high", "10.5 mm"),
+    ("port.*.sensor.delay", "1 sample"),
+    ("port.*.sensor.rate", "1 kHz"),
+    ("port.*.sensor.step", "0.055 mm"),
+    ("port.*.drive.bits", "16 bit"),
+    ("port.*.drive.full_scale", "20 N"),
+    ("port.*.drive.delay", "1 sample"),
+    ("port.*.drive.bandwidth", "3 kHz"),
     ("mechanics.mass", "60 g"),
     ("mechanics.inertia", "15e-6 kg*m^2"),
     ("mechanics.damping", "0.2 N*s/m"),
@@ -40,37 +53,12 @@ const KEYS: &[Known] = &[
 pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     let entries = Entries::parse(path, text, KEYS)?;
     let name = entries.text("name")?.to_string();
-    entries.word("sensor.bits")?;
-    entries.word("drive.bits")?;
-    // What the sensor measures says how the device moves, and so what it drives.
-    let turns = entries.is_angle("sensor.low");
-    let (position, force) = if turns {
-        (Dim::NUMBER, Dim::TORQUE)
-    } else {
-        (Dim::LENGTH, Dim::FORCE)
-    };
-    let sensor = Sensor {
-        low: entries.quantity("sensor.low", position)?,
-        high: entries.quantity("sensor.high", position)?,
-        delay_samples: entries.samples("sensor.delay")?,
-    };
-    if sensor.low >= sensor.high {
-        return Err(entries.error("sensor.high", "must lie above `sensor.low`"));
+    let names = port_names(&entries);
+    if !names.is_empty() {
+        return several(&entries, name, &names);
     }
-    let drive = Drive {
-        full_scale: entries.quantity("drive.full_scale", force)?,
-        delay_samples: entries.samples("drive.delay")?,
-        bandwidth_hz: entries
-            .find("drive.bandwidth")
-            .map(|_| entries.quantity("drive.bandwidth", Dim::PER_TIME))
-            .transpose()?,
-    };
-    if drive.bandwidth_hz.is_some_and(|hz| hz <= 0.0) {
-        return Err(entries.error("drive.bandwidth", "must be greater than zero"));
-    }
-    if drive.full_scale <= 0.0 {
-        return Err(entries.error("drive.full_scale", "must be greater than zero"));
-    }
+    let port = port(&entries, "", "")?;
+    let turns = port.turns();
     let has = |part: &str| entries.all().any(|(key, _)| key.starts_with(part));
     let motor = has("motor.").then(|| motor(&entries)).transpose()?;
     let mechanics = has("mechanics.")
@@ -85,9 +73,7 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     }
     Ok(Device {
         name,
-        sensor,
-        drive,
-        turns,
+        ports: vec![port],
         motor,
         mechanics,
         passivity_j,
@@ -124,9 +110,17 @@ fn motor(entries: &Entries) -> Result<Motor, FileError> {
 
 impl Entries<'_> {
     /// Whether a value is written as an angle.
-    fn is_angle(&self, key: &str) -> bool {
+    pub(super) fn is_angle(&self, key: &str) -> bool {
         let unit = self.find(key).and_then(|text| text.trim().rsplit_once(' '));
         unit.is_some_and(|(_, unit)| parse_unit(unit).is_some_and(|u| u.dim.is_number()))
+    }
+
+    /// The dimension of a value, if it is a quantity.
+    pub(super) fn kind(&self, key: &str) -> Option<Dim> {
+        match parse_quantity(self.find(key)?) {
+            Ok(Quantity::Real { dim, .. }) => Some(dim),
+            _ => None,
+        }
     }
 
     /// A value of the given dimension, in SI.
@@ -152,7 +146,7 @@ impl Entries<'_> {
     }
 
     /// A delay in samples of the keyboard's rate: a measure only devices have.
-    fn samples(&self, key: &str) -> Result<f64, FileError> {
+    pub(super) fn samples(&self, key: &str) -> Result<f64, FileError> {
         let text = self.text(key)?;
         let number = text
             .strip_suffix("samples")
@@ -184,7 +178,7 @@ impl Entries<'_> {
     }
 
     /// The size of a word: 16 bits, the only one there is.
-    fn word(&self, key: &str) -> Result<(), FileError> {
+    pub(super) fn word(&self, key: &str) -> Result<(), FileError> {
         match self.text(key)? {
             "16 bit" | "16 bits" => Ok(()),
             other => Err(self.error(key, &format!("is `{other}`, but words have `16 bit`"))),
@@ -194,8 +188,9 @@ impl Entries<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::FeltStops;
+    use super::super::{Drive, FeltStops, Sensor};
     use super::*;
+    use whippen_compiler::model::Moves;
 
     const GOOD: &str = r#"
 name = "test"
@@ -238,15 +233,17 @@ stop_damping = "20 N*s/m"
     fn units_are_those_of_the_language() {
         let device = read(Path::new("test.toml"), GOOD).unwrap();
         assert_eq!(
-            device.sensor,
+            device.sensor(),
             Sensor {
                 low: -0.0005,
                 high: 0.0105,
-                delay_samples: 0.5
+                delay_samples: 0.5,
+                update_hz: None,
+                step: None,
             }
         );
         assert_eq!(
-            device.drive,
+            device.drive(),
             Drive {
                 full_scale: 0.5,
                 delay_samples: 12.0,
@@ -330,6 +327,66 @@ stop_damping = "20 N*s/m"
         ] {
             assert!(read(Path::new("test.toml"), &text).is_err());
         }
+    }
+
+    const PORTS: &str = r#"
+name = "test"
+[port.x.sensor]
+bits = "16 bit"
+low = "-10 mm"
+high = "10 mm"
+rate = "1 kHz"
+step = "0.1 mm"
+delay = "1 sample"
+[port.x.drive]
+bits = "16 bit"
+full_scale = "3.3 N"
+delay = "1 sample"
+[port.push.sensor]
+bits = "16 bit"
+low = "0 N"
+high = "20 N"
+delay = "1 sample"
+"#;
+
+    #[test]
+    fn ports_measure_anything_and_are_driven_where_they_move() {
+        let device = read(Path::new("test.toml"), PORTS).unwrap();
+        let [x, push] = &device.ports[..] else {
+            panic!("{device:?}")
+        };
+        assert_eq!(
+            (x.name.as_str(), x.moves, x.dim),
+            ("x", Moves::Slides, Dim::LENGTH)
+        );
+        assert_eq!(x.drive.map(|drive| drive.full_scale), Some(3.3));
+        assert_eq!(
+            (x.sensor.update_hz, x.sensor.step),
+            (Some(1000.0), Some(1e-4))
+        );
+        assert_eq!(
+            (push.dim, push.moves, push.drive),
+            (Dim::FORCE, Moves::Not, None)
+        );
+        // A step is told at its middle.
+        assert_eq!(x.word(0.04e-3), x.word(0.0));
+        assert_eq!(x.word(0.06e-3), x.word(0.1e-3));
+        let changed = |from: &str, to: &str| {
+            assert!(PORTS.contains(from), "{from}");
+            let read = read(Path::new("test.toml"), &PORTS.replace(from, to));
+            read.unwrap_err().to_string()
+        };
+        let messages = [
+            changed("[port.x.sensor]", "[port.x.sensors]"),
+            changed("\"1 kHz\"", "\"0 Hz\""),
+            changed("\"0.1 mm\"", "\"0.1 N\""),
+            changed("\"3.3 N\"", "\"3.3 N*m\""),
+            changed("\"20 N\"", "\"-20 N\""),
+            changed("[port.x.drive]", "[port.push.drive]"),
+            changed("[port.x.drive]", "[drive]"),
+            changed("[port.push.sensor]", "[port.push]"),
+        ];
+        insta::assert_snapshot!(messages.join("\n"));
     }
 
     #[test]

@@ -97,9 +97,9 @@ impl Device {
             mass,
             damping,
             friction,
-            delay_ticks: self.sensor.delay_samples + self.drive.delay_samples,
-            bandwidth_hz: self.drive.bandwidth_hz,
-            sensor_lsb: self.scales().sensor_lsb,
+            delay_ticks: self.sensor().delay_samples + self.drive().delay_samples,
+            bandwidth_hz: self.drive().bandwidth_hz,
+            sensor_lsb: self.port().scales().sensor_lsb,
         })
     }
 }

@@ -1,6 +1,8 @@
 //! Whole files: made up ones, and the recordings beside the repository.
 
 use super::*;
+use whippen_compiler::model::Moves;
+use whippen_compiler::units::Dim;
 
 const TICK_HZ: u32 = 44_100;
 
@@ -69,6 +71,55 @@ fn a_trace_of_a_gesture_is_read_back_bit_for_bit() {
     assert_eq!(motion.start_s, 3.0);
     assert_eq!((motion.source_rate_hz, motion.notes.len()), (44_100.0, 0));
     assert!(motion.positions.to_vec() == positions);
+}
+
+/// The motion of the ports `x`, `tilt` and `press`.
+fn of_ports(rows: &str) -> Result<PortMotion, String> {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("arm.csv");
+    std::fs::write(&path, rows).unwrap();
+    let ports = [
+        ("x", Dim::LENGTH, Moves::Slides),
+        ("tilt", Dim::NUMBER, Moves::Turns),
+        ("press", Dim::NUMBER, Moves::Not),
+    ];
+    load_ports(&path, &ports, None, TICK_HZ).map_err(|e| {
+        e.to_string()
+            .replace(&path.display().to_string(), "arm.csv")
+    })
+}
+
+#[test]
+fn ports_are_found_by_their_names() {
+    let motion =
+        of_ports("press,t_ms,tilt_deg,w_m,x_mm\n0,0,0,1,0\n0.5,500,90,1,5\n1,1000,180,1,10\n");
+    let motion = motion.unwrap();
+    let ends: Vec<f64> = motion.places.iter().map(|p| p.at(usize::MAX)).collect();
+    let near = |(end, wanted): (&f64, f64)| (end / wanted - 1.0).abs() < 2e-3;
+    let wanted = [0.01, std::f64::consts::PI, 1.0];
+    assert!(ends.iter().zip(wanted).all(near), "{ends:?}");
+    assert_eq!((motion.samples_read, motion.source_rate_hz), (3, 2.0));
+}
+
+#[test]
+fn ports_without_a_column_are_named() {
+    let messages = [
+        of_ports("t_s,x_mm,tilt_deg\n0,0,0\n1,1,1\n"),
+        of_ports("t_s,x_n,tilt_mm,press\n0,0,0,0\n1,1,1,1\n"),
+        of_ports("x_mm,tilt_deg,press\n0,0,0\n1,1,1\n"),
+        of_ports("t_s,x_mm,tilt_deg,press\n0,0,0,0\n1,1,,1\n"),
+    ];
+    assert_eq!(
+        messages.map(Result::unwrap_err),
+        [
+            "arm.csv, line 1: each port needs a column with its name and unit, and there is no column `press`; \
+             the titles here are `t_s`, `x_mm`, `tilt_deg`",
+            "arm.csv, line 1: each port needs a column with its name and unit, and there are no columns `x_m`, `tilt_rad`; \
+             the titles here are `t_s`, `x_n`, `tilt_mm`, `press`",
+            "arm.csv, line 1: a title must name a time with its unit, such as `t_s`; the titles here are `x_mm`, `tilt_deg`, `press`",
+            "arm.csv, line 3, column 3: a number is missing",
+        ]
+    );
 }
 
 #[test]

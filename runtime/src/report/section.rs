@@ -147,11 +147,11 @@ pub fn id(name: &str) -> String {
 
 fn device(device: &Device) -> String {
     let (low, high, full_scale) = (
-        device.sensor.low,
-        device.sensor.high,
-        device.drive.full_scale,
+        device.sensor().low,
+        device.sensor().high,
+        device.drive().full_scale,
     );
-    let text = if device.turns {
+    let text = if device.turns() {
         let (low, high) = (low.to_degrees(), high.to_degrees());
         format!(
             "{}: sensor {low:.1} to {high:.1} deg, drive ±{} mN·m",
@@ -207,7 +207,7 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
     } else {
         "deepest"
     };
-    let at = peak(ExportKind::Total, &shown).map(|at| (format!("greatest {force}"), at));
+    let at = peak(ExportKind::Total(0), &shown).map(|at| (format!("greatest {force}"), at));
     let moved = |suffix: &str| {
         let (_, unit, factor) = moved(suffix);
         (unit, factor)
@@ -223,7 +223,6 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
         return session::figure(compiled, run);
     }
     let rest = session::titles(compiled, &|kind| match kind {
-        ExportKind::Sense(s) => s > 0,
         ExportKind::Cell(id) => {
             [CellKind::Rate, CellKind::State].contains(&compiled.model.cells[id].kind)
         }

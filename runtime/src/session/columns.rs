@@ -14,8 +14,8 @@ use crate::trace::{Argument, Column, Heading, Trace};
 /// Where the values of a column come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signal {
-    /// The force that the drive was told to give.
-    Drive,
+    /// The force that a drive was told to give (its number among the driven ports).
+    Drive(usize),
     /// A value of the program (index of the export).
     Export(usize),
     /// What is observed of the body that moves (its index there).
@@ -31,9 +31,9 @@ pub struct Recorded {
     pub source: Signal,
 }
 
-/// The columns of a run on an engine: the drive, then senses with their derivatives, the sum of
+/// The columns of a run on an engine: the drives, then senses with their derivatives, the sum of
 /// forces, forces, `let`s, coordinates, rates, states, and what is observed of the body. An engine
-/// without values inside of ticks has the drive alone. A title that occurs again gets a number.
+/// without values inside of ticks has the drives alone. A title that occurs again gets a number.
 pub fn recorded(
     compiled: &Compiled,
     device: &Device,
@@ -42,13 +42,18 @@ pub fn recorded(
 ) -> Vec<Recorded> {
     let model = &compiled.model;
     let words = kind != EngineKind::Ideal;
-    let drive = Heading {
-        name: "drive".into(),
-        unit: drive_unit(model),
-        step: Some(device.scales().drive_lsb),
-        ..Heading::default()
+    let scales = device.scales().of(model);
+    let drive = |(number, port): (usize, usize)| {
+        let heading = Heading {
+            name: model.name_of_driven("drive", port),
+            unit: unit_suffix(&model.dim_of_driven(port).unit()),
+            step: Some(scales[port].drive_lsb),
+            ..Heading::default()
+        };
+        (heading, Signal::Drive(number))
     };
-    let mut columns = vec![(drive, Signal::Drive)];
+    let drives = model.drives();
+    let mut columns: Vec<(Heading, Signal)> = drives.into_iter().enumerate().map(drive).collect();
     let exports = compiled.lowered.exports.iter().enumerate();
     let shown = exports.filter(|(_, e)| kind.board().is_none() && has_column(model, e));
     columns.extend(shown.map(|(index, export)| {
@@ -136,12 +141,28 @@ pub fn roles(compiled: &Compiled) -> Roles {
             .next()
             .unwrap_or_default()
     };
+    let drives = model.drives();
+    let is_first = |force: u32| drives.first() == Some(&model.forces[force as usize].port);
+    // The first port has panels of its own; the others follow, by unit.
+    let senses = titles(
+        compiled,
+        &|kind| matches!(kind, ExportKind::Sense(s) if s > 0),
+    );
+    let others = titles(compiled, &|kind| match kind {
+        ExportKind::Force(force) => !is_first(force),
+        ExportKind::Total(drive) => drive > 0,
+        _ => false,
+    });
+    let coordinates = titles(compiled, &coordinate);
     Roles {
         title: model.name.replace('_', " "),
         travel: first(ExportKind::Sense(0)),
-        forces: titles(compiled, &|kind| matches!(kind, ExportKind::Force(_))),
-        total: first(ExportKind::Total),
-        coordinates: titles(compiled, &coordinate),
+        forces: titles(
+            compiled,
+            &|kind| matches!(kind, ExportKind::Force(f) if is_first(f)),
+        ),
+        total: first(ExportKind::Total(0)),
+        coordinates: [senses, others, coordinates].concat(),
         machines: titles(compiled, &|kind| matches!(kind, ExportKind::Machine(_))),
         mark: marked(model).to_string(),
     }
@@ -184,15 +205,6 @@ pub fn driven(model: &Model) -> &'static str {
     if model.turns() { "torque" } else { "force" }
 }
 
-/// The unit of what the device drives, as a column title writes it.
-fn drive_unit(model: &Model) -> String {
-    if model.turns() {
-        unit_suffix(&Dim::TORQUE.unit())
-    } else {
-        unit_suffix(&Dim::FORCE.unit())
-    }
-}
-
 /// Everything has a column but what a pulse counts.
 fn has_column(model: &Model, export: &Export) -> bool {
     match export.kind {
@@ -213,9 +225,10 @@ pub fn unit(model: &Model, export: &Export) -> String {
         return String::new();
     };
     match export.kind {
-        ExportKind::Sense(_) if dim.is_number() => "rad".into(),
-        ExportKind::Slope(s) if model.senses[s as usize].dim.is_number() => dim.unit(),
-        ExportKind::Curvature(s) if model.senses[s as usize].dim.is_number() => dim.unit(),
+        ExportKind::Sense(s) if model.port_turns(s as usize) => "rad".into(),
+        ExportKind::Slope(s) | ExportKind::Curvature(s) if model.port_turns(s as usize) => {
+            dim.unit()
+        }
         ExportKind::Cell(id) => unit_of_cell(model, id),
         _ => dim.unit_without_angle(),
     }

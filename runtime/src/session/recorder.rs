@@ -6,7 +6,7 @@ use whippen_compiler::lower::{ExportKind, LoweredEventKind};
 use whippen_compiler::pipeline::Compiled;
 
 use super::columns::{Recorded, Signal, arguments, choose, event_heading, marked};
-use crate::device::Device;
+use crate::device::{Device, Drive};
 use crate::engine::{Engine, EngineKind, Happened};
 use crate::files::{FileError, OutputFile};
 use crate::record::Record;
@@ -193,7 +193,8 @@ impl Emitted {
 /// Records a run.
 pub(super) struct Recorder<'c> {
     compiled: &'c Compiled,
-    device: &'c Device,
+    /// Of the driven ports.
+    drives: Vec<Drive>,
     sources: Vec<Signal>,
     keep: Keep,
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
@@ -208,7 +209,7 @@ pub(super) struct Recorder<'c> {
 impl<'c> Recorder<'c> {
     pub(super) fn new(
         compiled: &'c Compiled,
-        device: &'c Device,
+        device: &Device,
         recording: Recording,
     ) -> Recorder<'c> {
         let sources = recording.columns.iter().map(|c| c.source).collect();
@@ -226,7 +227,7 @@ impl<'c> Recorder<'c> {
         }
         Recorder {
             compiled,
-            device,
+            drives: device.drives_of(&compiled.model),
             sources,
             keep: recording.keep,
             ticks: recording.ticks,
@@ -243,7 +244,7 @@ impl<'c> Recorder<'c> {
         &mut self,
         engine: &mut Engine,
         tick: usize,
-        drive: i16,
+        drive: &[i16],
         body: &[f64],
     ) -> Result<(), FileError> {
         let t_s = self.trace.time_s(tick);
@@ -267,10 +268,10 @@ impl<'c> Recorder<'c> {
         Ok(())
     }
 
-    fn fill_row(&mut self, engine: &Engine, drive: i16, body: &[f64]) {
+    fn fill_row(&mut self, engine: &Engine, drive: &[i16], body: &[f64]) {
         let exports = &self.compiled.lowered.exports;
         let value = |source: &Signal| match *source {
-            Signal::Drive => self.device.force_of_word(drive),
+            Signal::Drive(number) => self.drives[number].force(drive[number]),
             Signal::Export(index) => engine.value(0, index, &exports[index]),
             Signal::Body(index) => body[index],
         };
@@ -330,7 +331,7 @@ fn record(compiled: &Compiled, keep: Keep, heading: &Heading, source: Signal) ->
     };
     let in_loop = matches!(
         kind,
-        Some(ExportKind::Sense(0) | ExportKind::Total | ExportKind::Force(0))
+        Some(ExportKind::Sense(0) | ExportKind::Total(0) | ExportKind::Force(0))
     );
     match keep {
         Keep::Bounded if !heading.labels.is_empty() => Record::bounded_states(),

@@ -54,9 +54,9 @@ impl MotorBudget {
             played,
             motion,
             motor,
-            full_scale: device.drive.full_scale,
+            full_scale: device.drive().full_scale,
             rated_force,
-            unit: if device.turns { "N*m" } else { "N" },
+            unit: if device.turns() { "N*m" } else { "N" },
         }))
     }
 
@@ -211,7 +211,7 @@ fn positions(model: &Model, args: &BeyondArgs) -> Result<(Vec<f64>, String), Fai
     }
     let Some(path) = &args.motion else {
         return Ok((
-            MotionArgs::bundled(model, None).trajectory.to_vec(),
+            MotionArgs::bundled(model, None).first().to_vec(),
             "the bundled gesture".to_string(),
         ));
     };

@@ -33,13 +33,13 @@ impl NumbersBudget {
         };
         let others = exports
             .clone()
-            .filter(|e| e.kind != ExportKind::Total && e.error > 0.0);
+            .filter(|e| !matches!(e.kind, ExportKind::Total(_)) && e.error > 0.0);
         NumbersBudget {
             values: exports.clone().count(),
             clamps: compiled.lowered.clamps.clone(),
             force: exports
                 .clone()
-                .find(|e| e.kind == ExportKind::Total)
+                .find(|e| e.kind == ExportKind::Total(0))
                 .map(named),
             coarsest: others
                 .max_by(|a, b| share(a).total_cmp(&share(b)))

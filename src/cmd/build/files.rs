@@ -118,7 +118,7 @@ impl Files<'_> {
 
     /// What debuggers may show of the keys of all programs.
     fn variables(&self, instruments: &[ImageInstrument], built: &FirmwareImage) -> Vec<Variables> {
-        let (setup, scales) = (self.setup, self.setup.device.scales());
+        let setup = self.setup;
         let zones = built.programs.iter().flat_map(|program| {
             program
                 .zones()
@@ -129,7 +129,7 @@ impl Files<'_> {
                 &setup.instruments[instrument],
                 &instruments[instrument].modes,
             );
-            variables(compiled, modes, scales, &zone.name, zone.layout())
+            variables(compiled, modes, &zone.name, zone.layout())
         });
         described.collect()
     }
@@ -167,8 +167,8 @@ impl Files<'_> {
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
             let (force, unit) = (
-                setup.device.drive.full_scale,
-                if setup.device.turns { "N*m" } else { "N" },
+                setup.device.drive().full_scale,
+                if setup.device.turns() { "N*m" } else { "N" },
             );
             say!(
                 "the greatest force, {force} {unit}, is taken to need {peak} A ({torque:.1} mN*m of the motor)"

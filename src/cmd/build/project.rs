@@ -80,7 +80,7 @@ impl Files<'_> {
         let include = header.file_name().unwrap_or_default().to_string_lossy();
         let module = path.with_extension("rs");
         let module = module.file_name().unwrap_or_default().to_string_lossy();
-        let (parts, scales) = (self.parts()?, self.setup.device.scales());
+        let parts = self.parts()?;
         let mut interfaces = Vec::new();
         for part in &parts {
             let kernel = part.kernel(&part.compiled.lowered.kernel);
@@ -88,7 +88,7 @@ impl Files<'_> {
                 let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
                 Failure::Defect(told.join("; "))
             })?;
-            let own = Interface::of_c(part.compiled, kernel, scales, &part.name, part.keys);
+            let own = Interface::of_c(part.compiled, kernel, &part.name, part.keys);
             interfaces.push(own.with_first_key(part.first));
         }
         let sources = interfaces.iter().filter_map(c_source);
@@ -113,18 +113,17 @@ impl Files<'_> {
             .iter()
             .map(|part| self.compiled(part, &instruments[part.instrument]))
             .collect::<Result<_, _>>()?;
-        let scales = setup.device.scales();
         let each = || parts.iter().zip(&built);
         let own: Vec<Variables> = each()
             .map(|(part, built)| {
                 let modes = &instruments[part.instrument].modes;
-                variables(part.compiled, modes, scales, &part.name, &built.layout)
+                variables(part.compiled, modes, &part.name, &built.layout)
             })
             .collect();
         let interfaces: Vec<Interface> = each()
             .map(|(part, built)| {
                 let layout = &built.layout;
-                Interface::of(part.compiled, scales, &part.name, part.keys, layout)
+                Interface::of(part.compiled, &part.name, part.keys, layout)
                     .with_first_key(part.first)
             })
             .collect();
@@ -208,6 +207,8 @@ fn put_interfaces(path: &Path, of_time: &str, all: &[Interface]) -> Outcome {
         of_time.replace('\n', "\n   "),
         headers.join("\n")
     );
+    let before = std::fs::read_to_string(path.with_extension("h")).unwrap_or_default();
+    tell_of_other(path, &before, &header);
     put(&path.with_extension("h"), header.as_bytes())?;
     let module = |own: &Interface| match all.len() {
         1 => rust_module(own),
@@ -219,6 +220,24 @@ fn put_interfaces(path: &Path, of_time: &str, all: &[Interface]) -> Outcome {
         &path.with_extension("rs"),
         (note + &modules.join("\n")).as_bytes(),
     )
+}
+
+/// Tells that a header is replaced which belongs to the other kind of file: both have one name, and
+/// the memory of the keys lies differently.
+fn tell_of_other(path: &Path, before: &str, now: &str) {
+    let is_of_object = |header: &str| header.contains("private_");
+    let ending = if is_of_object(now) { "c" } else { "o" };
+    let other = path.with_extension(ending);
+    let is_ours = before.contains("Written by Whippen");
+    if is_ours && is_of_object(before) != is_of_object(now) && other.exists() {
+        tell!(
+            "note: {} and {} are for {} now, and do not fit {}: give one of them another name",
+            path.with_extension("h").display(),
+            path.with_extension("rs").display(),
+            path.display(),
+            other.display()
+        );
+    }
 }
 
 fn report(path: &Path, part: &Part, built: &Built) {

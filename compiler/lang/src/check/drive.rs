@@ -1,20 +1,27 @@
 //! `force` and `torque`: what the player feels.
 //!
-//! An instrument whose sense is an angle turns and drives torques; any other drives forces. Their
-//! sums are different quantities, so an instrument has one kind of them.
+//! Every sense is a port, and each term acts on one of them: what slides takes forces, what turns
+//! takes torques, and what is no position takes nothing.
 
 use super::elaborate::Elaborator;
 use super::scope::ScopeId;
 use super::types::Ty;
-use crate::diag::{Code, Diagnostic};
-use crate::model::Named;
+use crate::diag::{Advice, Code, Diagnostic, nearest};
+use crate::model::{Force, Moves, Sense};
 use crate::syntax::ast::{Expr, Name};
 use crate::units::Dim;
 
 impl<'a> Elaborator<'a, '_> {
-    /// `force name = value`, `torque name = value`
-    pub fn force(&mut self, scope: ScopeId, turning: bool, name: &Name, value: &'a Expr) {
-        let fits = self.fits_the_sense(turning, name);
+    /// `force name [on sense] = value`, `torque name [on sense] = value`
+    pub fn force(
+        &mut self,
+        scope: ScopeId,
+        turning: bool,
+        name: &Name,
+        on: Option<&Name>,
+        value: &'a Expr,
+    ) {
+        let port = self.port(turning, name, on);
         let (word, dim) = if turning {
             ("torque", Dim::TORQUE)
         } else {
@@ -24,47 +31,97 @@ impl<'a> Elaborator<'a, '_> {
             return;
         };
         let what = || format!("the {word} `{}`", name.node);
-        let Some(node) = self
-            .expect(found, value, Ty::Real(dim), what)
-            .filter(|_| fits)
-        else {
+        let node = self.expect(found, value, Ty::Real(dim), what);
+        let (Some(node), Some(port)) = (node, port) else {
             return;
         };
-        self.model.forces.push(Named {
+        self.model.forces.push(Force {
             name: name.node.clone(),
-            dim: Some(dim),
+            dim,
+            port,
             value: node,
             span: name.span,
         });
     }
 
-    /// Whether the first sense moves the way this term pushes; without a sense everything does.
-    fn fits_the_sense(&mut self, turning: bool, name: &Name) -> bool {
-        let Some(sense) = self.model.senses.first() else {
-            return true;
+    /// The sense on which a term acts, if that moves the way the term pushes; without a sense
+    /// everything does.
+    fn port(&mut self, turning: bool, name: &Name, on: Option<&Name>) -> Option<usize> {
+        let port = match on {
+            None => 0,
+            Some(on) => {
+                let mut senses = self.model.senses.iter();
+                match senses.position(|sense| sense.name == on.node) {
+                    Some(port) => port,
+                    None => return self.no_sense(on),
+                }
+            }
         };
-        if sense.dim.is_number() == turning {
-            return true;
+        let wanted = if turning { Moves::Turns } else { Moves::Slides };
+        match self.model.senses.get(port) {
+            Some(sense) if sense.moves != wanted => {
+                let mut senses = self.model.senses.iter();
+                let fitting = senses.find(|sense| sense.moves == wanted);
+                let diagnostic = wrong_drive(sense, turning, name, on, fitting);
+                self.report(diagnostic);
+                None
+            }
+            _ => Some(port),
         }
-        let (word, other) = if turning {
-            ("torque", "force")
-        } else {
-            ("force", "torque")
-        };
-        let moves = if turning { "slides" } else { "turns" };
-        let message = format!(
-            "a {word} does not act on what {moves}: `{}` is {}",
-            sense.name,
-            Ty::Real(sense.dim).moved()
-        );
-        let diagnostic = Diagnostic::new(Code::WrongDrive, name.span, message, format!("a {word}"))
-            .also(sense.span, Ty::Real(sense.dim).moved())
-            .hint(format!(
-                "write `{other} {} = ..`, or sense {}",
-                name.node,
-                if turning { "an angle" } else { "a length" }
-            ));
-        self.report(diagnostic);
-        false
     }
+
+    /// Reports what stands behind `on` and is no sense of the instrument. One that is declared
+    /// further down has been entered already.
+    fn no_sense(&mut self, on: &Name) -> Option<usize> {
+        let known: Vec<&str> = self.model.senses.iter().map(|s| s.name.as_str()).collect();
+        let hint: Advice = match nearest(&on.node, known.iter().copied()) {
+            Some(near) => Advice::did_you_mean(near),
+            None if known.is_empty() => "the instrument senses nothing".into(),
+            None => format!("it senses `{}`", known.join("`, `")).into(),
+        };
+        let message = format!("the instrument senses no `{}`", on.node);
+        let diagnostic = Diagnostic::new(Code::UnknownName, on.span, message, "no sense");
+        self.report(diagnostic.hint(hint));
+        None
+    }
+}
+
+/// A force on what turns, a torque on what slides, or either on what is no position; and a sense on
+/// which it could act.
+fn wrong_drive(
+    sense: &Sense,
+    turning: bool,
+    name: &Name,
+    on: Option<&Name>,
+    fitting: Option<&Sense>,
+) -> Diagnostic {
+    let (word, other) = if turning {
+        ("torque", "force")
+    } else {
+        ("force", "torque")
+    };
+    let is = match sense.moves {
+        Moves::Turns => "an angle".to_string(),
+        _ => Ty::Real(sense.dim).words(),
+    };
+    let moves = match sense.moves {
+        Moves::Slides => "what slides",
+        Moves::Turns => "what turns",
+        Moves::Not => "what does not move",
+    };
+    let message = format!("a {word} does not act on {moves}: `{}` is {is}", sense.name);
+    let label = name.node.as_str();
+    let kind = if turning { "an angle" } else { "a length" };
+    let hint = match (fitting, sense.moves) {
+        (Some(fitting), _) => format!("write `{word} {label} on {} = ..`", fitting.name),
+        (None, Moves::Not) => format!("a {word} acts on a sense that is {kind}"),
+        (None, _) => {
+            let on = on.map_or(String::new(), |on| format!(" on {}", on.node));
+            format!("write `{other} {label}{on} = ..`, or sense {kind}")
+        }
+    };
+    let span = on.map_or(name.span, |on| on.span);
+    Diagnostic::new(Code::WrongDrive, span, message, format!("a {word}"))
+        .also(sense.span, is)
+        .hint(hint)
 }

@@ -12,7 +12,7 @@ use super::settings::Settings;
 use super::slot::{Slot, SlotId};
 use super::types::Value;
 use crate::diag::Diagnostic;
-use crate::model::{Dag, EmissionId, Item, Model, Named, Node, NodeId};
+use crate::model::{Dag, EmissionId, Force, Item, Model, Named, Node, NodeId};
 use crate::syntax::ast::{Decl, DeclKind, Name};
 use whippen_ids::IdMap;
 use whippen_source::Span;
@@ -78,11 +78,21 @@ pub fn instrument(
         mut model, diags, ..
     } = elaborator;
     model.span = ast.name.span;
+    name_forces(&mut model);
     if diags.errors() > errors {
         return None;
     }
     model.sweep();
     Some(model)
+}
+
+/// Where several ports are driven, a label may stand once for each: the port tells them apart.
+fn name_forces(model: &mut Model) {
+    let name = |force: &Force| model.name_of_driven(&force.name, force.port);
+    let names: Vec<String> = model.forces.iter().map(name).collect();
+    for (force, name) in model.forces.iter_mut().zip(names) {
+        force.name = name;
+    }
 }
 
 impl<'a, 'd> Elaborator<'a, 'd> {
@@ -235,10 +245,11 @@ impl<'a, 'd> Elaborator<'a, 'd> {
                 DeclKind::Force {
                     turning,
                     name,
+                    on,
                     value,
                 },
                 _,
-            ) => self.force(scope, *turning, name, value),
+            ) => self.force(scope, *turning, name, on.as_ref(), value),
             _ => {}
         }
     }

@@ -188,7 +188,7 @@ impl<'a> Elaborator<'a, '_> {
             DeclKind::Pulse { name, ty, .. } => self.declare_pulse(scope, name, ty),
             DeclKind::Result { name, value } => self.declare_result(scope, name, value),
             DeclKind::Event { name, .. } => self.declare_event(scope, name),
-            DeclKind::Force { name, .. } => self.declare_force(scope, name),
+            DeclKind::Force { name, on, .. } => self.declare_force(scope, name, on.as_ref()),
             DeclKind::Next { .. } | DeclKind::Hold { .. } => Made::Itself,
         }
     }
@@ -229,21 +229,25 @@ impl<'a> Elaborator<'a, '_> {
         Made::Itself
     }
 
-    fn declare_force(&mut self, scope: ScopeId, name: &'a Name) -> Made {
-        match self.scopes[scope.0].forces.get(name.node.as_str()) {
-            Some(first) => self.duplicate(
-                "force",
-                name,
-                first.span,
-                "a second force term of this name",
-            ),
-            None => drop(self.scopes[scope.0].forces.insert(
-                &name.node,
-                NameEntry {
-                    id: (),
-                    span: name.span,
-                },
-            )),
+    /// A label stands once for each sense.
+    fn declare_force(&mut self, scope: ScopeId, name: &'a Name, on: Option<&'a Name>) -> Made {
+        let decls = self.scopes[scope.0].decls;
+        let first = decls.iter().find_map(|decl| match &decl.kind {
+            DeclKind::Sense { name, .. } => Some(name),
+            _ => None,
+        });
+        let port = on.or(first).map_or("", |port| port.node.as_str());
+        let key = (name.node.as_str(), port);
+        match self.scopes[scope.0].forces.get(&key) {
+            Some(first) => {
+                let label = "a second force term of this name";
+                self.duplicate("force", name, first.span, label);
+            }
+            None => {
+                let span = name.span;
+                let entry = NameEntry { id: (), span };
+                self.scopes[scope.0].forces.insert(key, entry);
+            }
         }
         Made::Itself
     }

@@ -19,7 +19,7 @@ use whippen_ids::IdMap;
 use whippen_keyboard::{InstrumentId, KeyRange, Layout, Program, Zone};
 use whippen_source::Span;
 
-/// The device of a keyboard that names none.
+/// The device of a keyboard with keys that names none.
 const DEFAULT_DEVICE: &str = "mikey";
 
 /// A keyboard and what it sets.
@@ -30,6 +30,8 @@ pub struct Board<'a> {
     pub ast: &'a ast::Keyboard,
     /// Parameters set per key.
     pub per_key: Vec<PerKey<'a>>,
+    /// Where its keys are said; without them it plays an instrument once.
+    pub keys: Option<Span>,
 }
 
 /// The number of the instrument at a place of the text's list.
@@ -83,6 +85,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             keyboard,
             ast,
             per_key: Vec::new(),
+            keys: None,
         };
         Reader {
             items,
@@ -101,6 +104,12 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         for setting in &ast.settings {
             self.setting(setting);
         }
+        if self.board.keys.is_none() {
+            self.board.keyboard.layout.keys = 1;
+            if self.seen.iter().all(|(seen, _)| seen != "device") {
+                self.board.keyboard.device = DeviceName::Usual;
+            }
+        }
         for setting in &ast.settings {
             if let Setting::Zones { name, zones, .. } = setting {
                 self.zones(name, zones);
@@ -117,13 +126,14 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
                 self.per_key(instrument, param, points);
             }
         }
+        let of_keys = |s: &Setting| matches!(s, Setting::Zones { .. } | Setting::PerKey { .. });
         let missing = [
-            ("rate", "rate 44100 Hz"),
-            ("keys", "keys A0 .. C8"),
-            ("programs", "programs name, name"),
+            ("rate", "rate 44100 Hz", true),
+            ("keys", "keys A0 .. C8", ast.settings.iter().any(of_keys)),
+            ("programs", "programs name, name", true),
         ];
-        for (what, example) in missing {
-            if self.seen.iter().all(|(seen, _)| seen != what) {
+        for (what, example, is_needed) in missing {
+            if is_needed && self.seen.iter().all(|(seen, _)| seen != what) {
                 let message = format!("the keyboard `{}` has no `{what}`", ast.name.node);
                 let diagnostic =
                     Diagnostic::new(Code::MissingSetting, ast.name.span, message, "incomplete");
@@ -160,6 +170,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             }
             Setting::Keys(first, last) => {
                 if self.is_first("keys", first.span) {
+                    self.board.keys = Some(first.span.to(last.span));
                     self.keys(first, last);
                 }
             }

@@ -124,8 +124,8 @@ pub struct Scope<'a> {
     pub bodies: BTreeMap<&'a str, NameEntry<Option<usize>>>,
     /// Events by name.
     pub events: BTreeMap<&'a str, NameEntry<()>>,
-    /// Force terms by name.
-    pub forces: BTreeMap<&'a str, NameEntry<()>>,
+    /// Force terms by name and by what they push.
+    pub forces: BTreeMap<(&'a str, &'a str), NameEntry<()>>,
     /// What each declaration has made.
     pub made: Vec<Made>,
     /// The parameters of the term.

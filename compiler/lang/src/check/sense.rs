@@ -2,9 +2,9 @@
 
 use super::elaborate::Elaborator;
 use super::scope::{Made, ScopeId, Thing};
-use super::types::{Ty, Value};
+use super::types::Value;
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Interval, Node, Sense};
+use crate::model::{Interval, Moves, Node, Sense};
 use crate::syntax::ast::{Expr, Name, RangeExpr};
 use crate::units::Dim;
 
@@ -21,16 +21,15 @@ impl<'a> Elaborator<'a, '_> {
             self.enter(scope, name, Thing::Broken);
             return Made::Nothing;
         };
-        self.has_port(name, ty, dim);
         let index = self.model.senses.len();
         let range = Interval {
             low: 0.0,
             high: 0.0,
         };
-        let text = name.node.clone();
         self.model.senses.push(Sense {
-            name: text,
+            name: name.node.clone(),
             dim,
+            moves: moves(dim, ty),
             range,
             window: 3,
             slew_per_s: None,
@@ -39,31 +38,6 @@ impl<'a> Elaborator<'a, '_> {
         let node = self.node(Node::Sense(index as u32), name.span);
         self.enter(scope, name, Thing::Sense(Value::real(node, dim)));
         Made::Sense(index)
-    }
-
-    /// Reports what no port serves: a key has one, which measures where it is or how far it is
-    /// turned.
-    fn has_port(&mut self, name: &Name, ty: &Name, dim: Dim) {
-        // An angle has the dimension of a number, which alone says nothing of what is measured.
-        let is_position = dim == Dim::LENGTH || dim.is_number() && ty.node == "angle";
-        let diagnostic = if !is_position {
-            let what = Ty::Real(dim).words();
-            let message = format!(
-                "`{}` senses {what}, and a key has no port for that",
-                name.node
-            );
-            let hint = "a `length` (where the key is) or an `angle` (how far it is turned) can be \
-                        sensed; their primes are its speed and its acceleration";
-            Diagnostic::new(Code::NoPort, ty.span, message, "not sensed").hint(hint)
-        } else if let Some(first) = self.model.senses.first() {
-            let message = format!("`{}` is a second sense, and a key has one port", name.node);
-            Diagnostic::new(Code::NoPort, name.span, message, "the second")
-                .also(first.span, "the first")
-                .hint("sense once, and make the rest of it: `let` gives it other names and units")
-        } else {
-            return;
-        };
-        self.report(diagnostic);
     }
 
     /// Its range, its slew limit and its window.
@@ -112,6 +86,18 @@ impl<'a> Elaborator<'a, '_> {
             );
         }
         window
+    }
+}
+
+/// How that moves which is sensed. An angle has the dimension of a number, which alone says nothing
+/// of what is measured.
+fn moves(dim: Dim, ty: &Name) -> Moves {
+    if dim == Dim::LENGTH {
+        Moves::Slides
+    } else if dim.is_number() && ty.node == "angle" {
+        Moves::Turns
+    } else {
+        Moves::Not
     }
 }
 

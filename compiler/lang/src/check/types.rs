@@ -33,14 +33,6 @@ impl Ty {
         }
     }
 
-    /// In words, as something that is measured: a plain number is an angle.
-    pub fn moved(self) -> String {
-        match self {
-            Ty::Real(dim) if dim.is_number() => "an angle".to_string(),
-            other => other.words(),
-        }
-    }
-
     /// A unit its numbers may be written with; empty for plain numbers and bools.
     pub fn unit(self) -> String {
         self.dim().map(Dim::unit).unwrap_or_default()

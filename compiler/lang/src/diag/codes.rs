@@ -125,7 +125,7 @@ codes! {
     LostUpdate          "WH0512" Warning "changes of what is kept that may be too small for its last bit";
     OutsideDomain       "WH0513" Error "a logarithm of a value that may be zero or negative";
     // Physics and keyboards
-    WrongDrive          "WH0610" Error "a force on what turns, or a torque on what slides";
+    WrongDrive          "WH0610" Error "a force or a torque on what it cannot push";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";
     BodyMotion          "WH0602" Error "a line of a body that does not fit its coordinate";
     UnknownNote         "WH0603" Error "a note that does not exist";
@@ -141,8 +141,9 @@ codes! {
     ZoneOutside         "WH0614" Error "a zone beyond the keys";
     ZonesName           "WH0615" Error "zones with the name of an instrument";
     UnusedZones         "WH0616" Warning "zones that are no program";
-    NoPort              "WH0617" Error "a sense that no port of a key serves";
+    NoPort              "WH0617" Error "ports that no key has";
     UnknownHardware     "WH0618" Error "a board or a device that is not bundled";
+    ShortWindow         "WH0619" Warning "a window shorter than three measurements";
     // Budgets
     DeadlineMissed      "WH0701" Error "a deadline that is missed";
     Unstable            "WH0702" Warning "a force that makes the loop of key, hand and program ring";

@@ -55,7 +55,12 @@ impl Resolver<'_> {
                 self.expr(value);
                 range.iter().for_each(|r| self.range(r));
             }
-            DeclKind::Let { value, .. } | DeclKind::Force { value, .. } => self.expr(value),
+            DeclKind::Let { value, .. } => self.expr(value),
+            DeclKind::Force { on, value, .. } => {
+                on.iter()
+                    .for_each(|on| self.name(on, |k| k == NameKind::Sense));
+                self.expr(value);
+            }
             DeclKind::Next { name, value } | DeclKind::Result { name, value } => {
                 self.value(name);
                 self.expr(value);

@@ -32,7 +32,7 @@ fn meant(text: &str) -> Option<(NameKind, String)> {
 const PROGRAM: &str = "instrument a { sense x: length in 0 m .. 1 m param k = 2 N/m let j = escapement(x, start: 1 mm) \
     state s: force in 0 N .. 1 N pulse p: force in 0 N .. 1 N lasting 1 ms states m { up -> down when on { s := k * (x) } } \
     body b { angle phi in 0 .. 1, rate in 0 Hz .. 1 Hz } hold b when m is down event e when on { fire p at j.resistance } \
-    next s = s force k = k * x } keyboard q { programs a, z a.k = { A0: 1 N/m } zones z = { A0 .. C8: a } }";
+    next s = s force k = k * x force l on x = k * x } keyboard q { programs a, z a.k = { A0: 1 N/m } zones z = { A0 .. C8: a } }";
 
 #[test]
 fn names_are_found_where_rule_nine_says() {
@@ -57,6 +57,7 @@ fn names_are_found_where_rule_nine_says() {
         ("hold b^", NameKind::Body, ""),
         ("next s^", NameKind::State, ""),
         ("force k^ =", NameKind::Force, "force k = k * x"),
+        ("on x^ =", NameKind::Sense, ""),
         ("= k^ * x }", NameKind::Param, "param k = 2 N/m"),
         ("programs a^", NameKind::Instrument, ""),
         ("a.k^ =", NameKind::Param, ""),

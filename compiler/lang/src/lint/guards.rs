@@ -3,7 +3,7 @@
 use super::together::{Solver, Together};
 use super::{facts, in_calls, is_constant};
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Model, Rule, RuleKind};
+use crate::model::{Model, Node, NodeId, Rule, RuleKind};
 use crate::range::Ranges;
 use whippen_source::Span;
 
@@ -59,10 +59,20 @@ pub(super) fn check(
 }
 
 /// Where a guard stands, if that is inside of its rule; else the rule.
-fn place(model: &Model, guard: crate::model::NodeId, rule: Span) -> Span {
+fn place(model: &Model, guard: NodeId, rule: Span) -> Span {
     let own = model.spans.get(guard).copied().flatten();
     own.filter(|s| s.file == rule.file && rule.start <= s.start && s.end <= rule.end)
         .unwrap_or(rule)
+}
+
+/// Whether a part of a guard is off for ever, which is chosen so: a row of jacks that is always on
+/// is never silent.
+fn is_shut(model: &Model, guard: NodeId) -> bool {
+    match *model.dag.get(guard) {
+        Node::And(a, b) => is_shut(model, a) || is_shut(model, b),
+        Node::Not(a) => model.dag.bool(a) == Some(true),
+        _ => model.dag.bool(guard) == Some(false),
+    }
 }
 
 /// States that are entered by such transitions only as can never be taken; gives the rules of those
@@ -75,7 +85,9 @@ fn unreachable(model: &Model, never: &[bool], found: &mut Vec<Diagnostic>) -> Ve
             machine.states.len(),
             steps.iter().map(|&(_, from, to)| (from, to)),
         );
-        let possible = steps.iter().filter(|(rule, ..)| !never[*rule]);
+        let possible = steps
+            .iter()
+            .filter(|(rule, ..)| !never[*rule] || is_shut(model, model.rules[*rule].guard));
         let taken = reached(
             machine.states.len(),
             possible.map(|&(_, from, to)| (from, to)),

@@ -178,7 +178,8 @@ impl Printer<'_> {
             self.rule(f, rule)?;
         }
         for force in &model.forces {
-            writeln!(f, "force {} = {}", force.name, self.value(force.value, 0))?;
+            let name = &force.name;
+            writeln!(f, "force {name} = {}", self.value(force.value, 0))?;
         }
         Ok(())
     }

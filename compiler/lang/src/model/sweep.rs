@@ -78,12 +78,8 @@ impl Model {
                 }
             }
         }
-        roots.extend(
-            self.forces
-                .iter_mut()
-                .chain(&mut self.named)
-                .map(|named| &mut named.value),
-        );
+        roots.extend(self.forces.iter_mut().map(|force| &mut force.value));
+        roots.extend(self.named.iter_mut().map(|named| &mut named.value));
         roots
     }
 

@@ -248,12 +248,14 @@ pub enum DeclKind {
         /// While this holds.
         guard: Expr,
     },
-    /// `force name = expr`, `torque name = expr`
+    /// `force name [on sense] = expr`, `torque name [on sense] = expr`
     Force {
-        /// `torque`, for an instrument that turns.
+        /// `torque`, for what turns.
         turning: bool,
         /// Label of the term.
         name: Name,
+        /// What is pushed; the first sense if it is left away.
+        on: Option<Name>,
         /// Its value; positive pushes the key up.
         value: Expr,
     },

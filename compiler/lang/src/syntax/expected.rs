@@ -10,6 +10,7 @@ use lalrpop_util::ParseError;
 use super::ast::Spanned;
 use super::build::Error;
 use super::token::{HARD_KEYWORDS, Token};
+use crate::check::function_names;
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use whippen_source::Span;
 
@@ -216,6 +217,9 @@ impl<'a> Failure<'a> {
         let wants = |token: &str| self.expected.contains(&token);
         let next = self.tokens.get(self.index + 1).map(|t| t.node);
         let found = self.found()?;
+        if let Some(fixed) = self.advice_of_slip(found) {
+            return Some(fixed.into());
+        }
         if let Some(fixed) = self.advice_of_habit(found, next) {
             return Some(fixed.into());
         }
@@ -287,6 +291,40 @@ impl<'a> Failure<'a> {
         })
     }
 
+    /// What to do about what is left out, or is too much.
+    fn advice_of_slip(&self, found: Token) -> Option<String> {
+        use Token::*;
+        let wants = |token: &str| self.expected.contains(&token);
+        let before = |back: usize| {
+            let at = self.index.checked_sub(back)?;
+            Some(self.tokens[at].node)
+        };
+        Some(match found {
+            Number(part) if wants("let") && !begins_line(self.text, self.tokens, self.index) => {
+                let Some(Number(whole)) = before(1).filter(|_| part.digits.len() == 3) else {
+                    return None;
+                };
+                let digits = format!("{}{}", whole.digits, part.digits);
+                let unit = format!("{digits} {}", part.unit);
+                format!("the digits of a number stand together: `{}`", unit.trim())
+            }
+            When if wants("let") => "an event has a name: `event name when .. { .. }`".to_string(),
+            Comma if wants("left") => "transitions need no separator".to_string(),
+            Prime | RightParen if wants(":") && before(4) == Some(Emit) => {
+                "an argument has a name: `emit note(speed: x')`".to_string()
+            }
+            Colon if wants("word") && self.labels_force() => {
+                "a force has a label and no type: `force spring = ..`".to_string()
+            }
+            Word(name) if wants("let") && self.continues_an_expression() => {
+                let called = before(1).and_then(Token::name);
+                let function = function_names().find(|function| called == Some(*function))?;
+                format!("arguments stand in brackets: `{function}({name})`")
+            }
+            _ => return None,
+        })
+    }
+
     /// Whether the token before could end an expression, and stands on the same line.
     fn continues_an_expression(&self) -> bool {
         let before = self.index.checked_sub(1).map(|i| self.tokens[i].node);
@@ -313,6 +351,12 @@ impl<'a> Failure<'a> {
             _ => None,
         };
         let (whole, part) = (number(self.index.checked_sub(1)?)?, number(self.index + 1)?);
+        if whole.digits.contains('.') {
+            let thousands = whole.digits.replace('.', "");
+            let right = format!("{thousands}.{}", part.digits);
+            let hint = format!("the decimal point is `.`, and digits stand together: `{right}`");
+            return Some(hint.into());
+        }
         let right = format!("{}.{}", whole.digits, part.digits);
         whole
             .unit

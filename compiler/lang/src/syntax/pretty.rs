@@ -176,12 +176,15 @@ fn decl(decl: &Decl) -> String {
         DeclKind::Force {
             turning,
             name,
+            on,
             value,
         } => {
+            let on = on.as_ref();
             format!(
-                "{} {} = {}",
+                "{} {}{} = {}",
                 if *turning { "torque" } else { "force" },
                 name.node,
+                on.map_or(String::new(), |on| format!(" on {}", on.node)),
                 Shown(value)
             )
         }

@@ -38,6 +38,9 @@ impl fmt::Display for QuantityError {
                 write!(f, "`{text}` is not a number with a unit, such as `0.4N`")
             }
             QuantityError::TooLarge(text) => write!(f, "`{text}` is too large"),
+            QuantityError::UnknownUnit(unit, _) if unit.starts_with(',') => {
+                f.write_str("the decimal point is `.`, not a comma")
+            }
             QuantityError::UnknownUnit(unit, None) => write!(f, "`{unit}` is not a unit"),
             QuantityError::UnknownUnit(unit, Some(near)) => {
                 write!(f, "`{unit}` is not a unit; did you mean `{near}`?")

@@ -74,7 +74,7 @@ impl SenseState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use whippen_lang::model::Interval;
+    use whippen_lang::model::{Interval, Moves};
     use whippen_lang::units::Dim;
     use whippen_source::Span;
 
@@ -84,6 +84,7 @@ mod tests {
             sensor_zero: 0.0,
             sensor_lsb: 1.0,
             drive_lsb: 1.0,
+            update_hz: None,
         };
         let range = Interval {
             low: 0.0,
@@ -92,6 +93,7 @@ mod tests {
         let sense = Sense {
             name: "x".into(),
             dim: Dim::default(),
+            moves: Moves::Not,
             range,
             window: 5,
             slew_per_s: None,

@@ -30,7 +30,7 @@ pub fn left(step: &Step) -> IdMap<NodeId, bool> {
             .iter()
             .copied()
             .chain(guards)
-            .chain([step.drive])
+            .chain(step.drives.iter().copied())
             .collect(),
     );
     for (_, node) in dag
@@ -83,7 +83,7 @@ pub(super) fn needed(step: &Step) -> IdMap<NodeId, bool> {
             .chain(nexts)
             .chain(guards)
             .chain(actions)
-            .chain([step.drive])
+            .chain(step.drives.iter().copied())
             .collect(),
     )
 }

@@ -17,7 +17,7 @@ const GIVEN_UP: i32 = 10;
 /// Units of a constant from which on it may decide about their size.
 const FEW: f64 = 8192.0;
 
-/// The unit of a node, of a cell or of the drive word, which is to be chosen.
+/// The unit of a node, of a cell or of a drive word, which is to be chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct UnitVar(u32);
 
@@ -41,7 +41,8 @@ struct Tie {
 
 pub(super) struct Chooser<'a> {
     pub(super) step: &'a Step,
-    scales: Scales,
+    /// By sense.
+    scales: &'a [Scales],
     /// Nodes that a tick computes even if nobody watches: those alone have preferences.
     needed: IdMap<NodeId, bool>,
     /// Clusters: the union-find parent; itself at a representative.
@@ -55,7 +56,7 @@ pub(super) struct Chooser<'a> {
 }
 
 impl<'a> Chooser<'a> {
-    pub(super) fn new(step: &'a Step, ranges: &Ranges, scales: Scales) -> Chooser<'a> {
+    pub(super) fn new(step: &'a Step, ranges: &Ranges, scales: &'a [Scales]) -> Chooser<'a> {
         let model = &step.model;
         // Coordinates count from the middle of their range.
         let coordinate = |node: &Node| match *node {
@@ -83,10 +84,11 @@ impl<'a> Chooser<'a> {
         };
         let nodes = model.dag.nodes().map(|(id, node)| sum(node, id));
         let cells = model.cells.iter().map(|cell| middle(cell).1);
-        let drive = TOP * scales.drive_lsb;
+        let drives = model.drives();
+        let drives = drives.iter().map(|port| TOP * scales[*port].drive_lsb);
         let needs = nodes
             .chain(cells)
-            .chain([drive])
+            .chain(drives)
             .map(|reach| reach.max(exp2(-40)) / TOP);
         let mut bounds: IdMap<UnitVar, UnitBounds> = needs
             .map(|need| UnitBounds {
@@ -126,8 +128,12 @@ impl<'a> Chooser<'a> {
         UnitVar::from_index(self.step.model.dag.len() + cell.index())
     }
 
-    fn drive(&self) -> UnitVar {
-        UnitVar::from_index(self.bounds.len() - 1)
+    /// The drive words, with their ports.
+    fn drives(&self) -> Vec<(UnitVar, usize)> {
+        let ports = self.step.model.drives();
+        let first = self.bounds.len() - ports.len();
+        let vars = (first..).map(UnitVar::from_index);
+        vars.zip(ports).collect()
     }
 
     pub(super) fn representative(&self, mut var: UnitVar) -> UnitVar {
@@ -219,8 +225,9 @@ impl<'a> Chooser<'a> {
             );
             self.fixed[cluster].get_or_insert(unit);
         }
-        let drive = self.drive();
-        self.fixed[drive] = Some(self.scales.drive_lsb);
+        for (drive, port) in self.drives() {
+            self.fixed[drive] = Some(self.scales[port].drive_lsb);
+        }
     }
 
     /// A rate that reaches as far both ways is clamped to a power of two of its unit, which is one
@@ -293,11 +300,13 @@ impl<'a> Chooser<'a> {
         for (id, node) in self
             .nodes_with_preferences()
             .into_iter()
-            .filter(|(id, _)| *id != step.drive)
+            .filter(|(id, _)| !step.drives.contains(id))
         {
             self.tie_sum(self.var_of_node(id), node);
         }
-        self.tie_sum(self.drive(), model.dag.get(step.drive));
+        for ((drive, _), sum) in self.drives().into_iter().zip(&step.drives) {
+            self.tie_sum(drive, model.dag.get(*sum));
+        }
     }
 
     fn tie_sum(&mut self, user: UnitVar, node: &Node) {
@@ -322,20 +331,21 @@ impl<'a> Chooser<'a> {
 }
 
 /// The unit that a node has by itself, if it is the integer of a port.
-fn own_unit(step: &Step, scales: Scales, node: &Node) -> Option<f64> {
+fn own_unit(step: &Step, scales: &[Scales], node: &Node) -> Option<f64> {
     let rate = f64::from(step.model.rate_hz);
     let ticks = |sense: u32| step.model.senses[sense as usize].window;
+    let of = |sense: u32| scales[sense as usize];
     match *node {
-        Node::Sense(_) => Some(scales.sensor_lsb),
-        Node::Slope(s) => Some(slope_lsb(scales, rate, ticks(s))),
-        Node::Curvature(s) => Some(curvature_lsb(scales, rate, ticks(s))),
+        Node::Sense(s) => Some(of(s).sensor_lsb),
+        Node::Slope(s) => Some(slope_lsb(of(s), rate, ticks(s))),
+        Node::Curvature(s) => Some(curvature_lsb(of(s), rate, ticks(s))),
         _ => None,
     }
 }
 
 /// Makes the finest unit of each node the finest that makes sense: integers of ports are no finer
 /// than they are, and what is limited by constants is no finer than what it is made of.
-fn apply_grains(step: &Step, scales: Scales, bounds: &mut IdMap<UnitVar, UnitBounds>) {
+fn apply_grains(step: &Step, scales: &[Scales], bounds: &mut IdMap<UnitVar, UnitBounds>) {
     let dag = &step.model.dag;
     for (id, node) in dag.nodes() {
         let grain = match *node {

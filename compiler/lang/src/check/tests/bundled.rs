@@ -98,5 +98,5 @@ fn every_program_of_the_manual_checks() {
     assert!(texts.len() >= 9, "{texts:?}");
     let (_, program, diagnostics) = check_text(&texts.concat(), &Options::default());
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
-    assert!(program.is_some_and(|p| p.instruments.len() >= 9 && p.keyboards.len() == 1));
+    assert!(program.is_some_and(|p| p.instruments.len() >= 9 && p.keyboards.len() == 2));
 }

@@ -631,14 +631,31 @@ pub const RANGES: &[Case] = &[
     ),
     case("torque on a key", &["WH0610"], "torque pull = 1 N*m"),
     case(
-        "sense of a speed",
-        &["WH0617"],
-        "instrument i { sense v: speed in 0 m/s .. 1 m/s }",
+        "force on a pressure",
+        &["WH0610"],
+        "instrument i { sense p: pressure in 0 Pa .. 100 kPa force f = 1 N }",
     ),
     case(
-        "second sense",
-        &["WH0617"],
-        "instrument i { sense x: length in 0 mm .. 10 mm sense y: length in 0 mm .. 10 mm }",
+        "force on a turning port",
+        &["WH0610"],
+        "instrument i { sense x: length in 0 mm .. 10 mm sense tilt: angle in 0 deg .. 90 deg force f on tilt = 1 N }",
+    ),
+    case(
+        "torque on a number",
+        &["WH0610"],
+        "instrument i { sense tilt: angle in 0 deg .. 90 deg sense n: number in 0 .. 1 torque f on n = 1 N*m }",
+    ),
+    case("force on no sense", &["WH0201"], "force f on y = 1 N"),
+    case(
+        "force on a misspelt sense",
+        &["WH0201"],
+        "instrument i { sense across: length in 0 mm .. 10 mm force f on acros = 1 N }",
+    ),
+    case(
+        "label twice on one port",
+        &["WH0202"],
+        "instrument i { sense x: length in 0 mm .. 10 mm sense y: length in 0 mm .. 10 mm
+                        force f on y = 1 N force f = 1 N force f on x = 1 N }",
     ),
     case(
         "torque in the wrong unit",

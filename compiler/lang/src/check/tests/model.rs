@@ -69,6 +69,37 @@ fn prime_of_a_product() {
     assert_eq!(line(&model, "b ="), "b = x' * x + %1 * x'");
 }
 
+/// The names of the forces of an instrument that holds a text, and its driven ports.
+fn driven(body: &str) -> (Vec<String>, Vec<usize>) {
+    let text = format!("instrument i {{ {body} }}");
+    let model = models(&text, &Options::default()).remove(0);
+    let names = model.forces.iter().map(|force| force.name.clone());
+    (names.collect(), model.drives())
+}
+
+#[test]
+fn forces_act_on_their_ports() {
+    let senses = "sense x: length in 0 mm .. 10 mm sense tilt: angle in 0 deg .. 90 deg \
+                  sense p: pressure in 0 Pa .. 1 kPa";
+    let all = "torque t on tilt = 1 N*m force f = 1 N force g on x = 2 N";
+    assert_eq!(
+        driven(&format!("{senses} {all}")),
+        (
+            vec!["t.tilt".into(), "f.x".into(), "g.x".into()],
+            vec![0, 1]
+        )
+    );
+    let one = format!("{senses} torque t on tilt = 1 N*m");
+    assert_eq!(driven(&one), (vec!["t".into()], vec![1]), "no other port");
+    assert_eq!(driven(senses), (vec![], vec![]));
+    let key = "sense x: length in 0 mm .. 10 mm";
+    assert_eq!(driven(key), (vec![], vec![0]), "a key has a drive");
+    let none = "sense p: pressure in 0 Pa .. 1 kPa";
+    assert_eq!(driven(none), (vec![], vec![]));
+    let below = "force f on y = 1 N sense x: length in 0 m .. 1 m sense y: length in 0 m .. 1 m";
+    assert_eq!(driven(below), (vec!["f".into()], vec![1]));
+}
+
 #[test]
 fn primes_go_through_terms_and_choices() {
     let text = "term lever(x: length, on_it: bool) -> y: length { y = if on_it then 2 * x else x }

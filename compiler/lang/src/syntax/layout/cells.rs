@@ -30,6 +30,7 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
     let head = row.from..row.block.as_ref().map_or(row.to, |b| b.open);
     let signs: &[(Token, &str)] = match row.kind {
         RowKind::Param => &[(Token::Equals, "="), (Token::In, "in")],
+        RowKind::Force if is_on_a_sense(pieces, row) => &[(Token::On, "on"), (Token::Equals, "=")],
         RowKind::Definition | RowKind::Force | RowKind::PerKey => &[(Token::Equals, "=")],
         RowKind::State => &[(Token::Colon, ":"), (Token::In, "in"), (Token::Equals, "=")],
         RowKind::Pulse => &[
@@ -63,6 +64,12 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
         cuts.extend(arguments);
     }
     cuts
+}
+
+/// Whether a force says what it acts on: `on` is a value elsewhere.
+fn is_on_a_sense(pieces: &[Piece], row: &Row) -> bool {
+    let on = pieces[..row.to].get(row.from + 2);
+    on.is_some_and(|piece| piece.token == Token::On)
 }
 
 /// Whether a word that is a keyword of some places only stands in one of them.

@@ -65,7 +65,9 @@ fn begins_declaration(tokens: &Tokens, i: usize) -> bool {
             true
         }
         Some(Force | Torque) => {
-            at(tokens, i + 1).is_some_and(|t| t.name().is_some()) && defines(tokens, i + 1)
+            let is_name = |place: usize| at(tokens, place).is_some_and(|t| t.name().is_some());
+            let on_a_sense = at(tokens, i + 2) == Some(On) && is_name(i + 3);
+            is_name(i + 1) && (defines(tokens, i + 1) || on_a_sense && defines(tokens, i + 3))
         }
         _ => false,
     }

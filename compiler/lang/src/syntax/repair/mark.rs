@@ -23,7 +23,7 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
         };
         tokens[i].node = match level {
             _ if !begins => continue,
-            Level::Outer if is_named_by_keyword(&tokens, i) => continue,
+            Level::Outer if is_named_by_keyword(&tokens, i) || is_pushed(&tokens, i) => continue,
             Level::Outer if defines(&tokens, i) => Token::Defined(name),
             Level::Middle if leaves(&tokens, i) => Token::Left(name),
             Level::Middle | Level::Inner if assigns(&tokens, i) => Token::Assigned(name),
@@ -31,6 +31,14 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
         };
     }
     tokens
+}
+
+/// Whether the name at a place stands behind `force NAME on`, and so is what is pushed.
+fn is_pushed(tokens: &[Spanned<Token>], i: usize) -> bool {
+    let back = |steps: usize| i.checked_sub(steps).and_then(|before| at(tokens, before));
+    back(1) == Some(Token::On)
+        && back(2).is_some_and(|token| token.name().is_some())
+        && matches!(back(3), Some(Token::Force | Token::Torque))
 }
 
 /// Whether the name at a place stands behind a `torque` or `zones` that begins a line: one that is

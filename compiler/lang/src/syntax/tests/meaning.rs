@@ -224,6 +224,38 @@ fn keyboards_are_read() {
 }
 
 #[test]
+fn what_a_force_acts_on_is_no_definition() {
+    let file = tree(
+        "instrument i { let a = on force f on z = 1 N torque torque on torque = 2 N*m z = 3 \
+         let b = on c = 4 force g = if on then 1 N else 2 N }",
+    );
+    let Item::Instrument(i) = &file.items[0] else {
+        panic!()
+    };
+    let shown = |decl: &Decl| {
+        let (kind, name) = decl.kind.label();
+        let on = match &decl.kind {
+            DeclKind::Force { on: Some(on), .. } => format!(" on {}", on.node),
+            _ => String::new(),
+        };
+        format!("{kind} {}{on}", name.node)
+    };
+    let all: Vec<String> = i.decls.iter().map(shown).collect();
+    assert_eq!(
+        all,
+        [
+            "let a",
+            "force f on z",
+            "torque torque on torque",
+            "result z",
+            "let b",
+            "result c",
+            "force g"
+        ]
+    );
+}
+
+#[test]
 fn documentation_belongs_to_the_item_after_it() {
     let file = tree(
         "/// First line.\n//\n/// Second line.\n// no\ninstrument a { /// nothing\n }\n/// B\nterm b() -> r: bool {}",

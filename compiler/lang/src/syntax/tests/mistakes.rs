@@ -31,6 +31,7 @@ mistakes! {
     unit_in_the_wrong_distance "instrument i {\n    param a = 2mm\n    param b = 2  mm\n    param c = 2 N m\n}\n";
     missing_times "instrument i {\n    param k = 2 N/m\n    sense x: length in 0 mm .. 10 mm over 1 ms\n    force a = 2 k\n    force b = 2 (x + x)\n    force c = 0.5 min(x, x)\n    force d = 2 N/m x\n}\n";
     bad_numbers "instrument i {\n    param a = 1.2.3\n    param b = .5 N\n    param c = 1. N\n    param d = 1e999 N\n    param e = 0x10\n    param f = 2k\n}\n";
+    digits_apart "instrument i {\n    force a = 1 000 N\n    force b = 1_000 N\n    force c = 1.000,5 N\n}\n";
     // Characters
     stray_characters "instrument i {\n    param a = 2 $$ N\n    let b = a == 2; \n    let c = a && b || !b\n    let größe = 2 · a²\n}\n";
     block_comment "/* A comment\n   of two lines */\ninstrument i {}\n";
@@ -42,8 +43,10 @@ mistakes! {
     missing_parenthesis "instrument i {\n    let a = min(b, c\n    let d = (e\n    event f when (g { x := 1 }\n}\n";
     surplus_brackets "instrument i {\n    let a = b)\n    }\n    let c = d\n}\n}\n";
     too_deep_brackets { const DEEP: &str = concat!("instrument i { let a = ", "((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((b))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))", " }"); DEEP };
+    missing_parenthesis_before_a_force_on_a_sense "instrument i {\n    event e when (a { x := 1\n    force f on z = b\n    torque g on w = c\n}\n";
     // Declarations
     two_mistakes_in_one_file "instrument i {\n    let a = 2 +\n    let b = a\n    event e a > 2 { emit note() }\n    force f = b\n}\n";
+    left_out "instrument i {\n    force: a = 3 N\n    when x > 3 mm { emit release() }\n    states s { a -> b when c, b -> a when d }\n    event e when c { emit note(x') }\n    force f = 2 N * abs x\n}\n";
     missing_when "instrument i {\n    states s {\n        a -> b x > 2 mm\n        b -> a when x < 1 mm\n    }\n    event e { emit release() }\n    hold b\n}\n";
     missing_in "instrument i {\n    sense x: length\n    state y: force = 2 N\n    let z = x\n}\n";
     missing_equals "instrument i {\n    let a b\n    param c 2 N\n    force d: 3 N\n}\n";

@@ -240,6 +240,7 @@ impl Dice {
             10 => DeclKind::Force {
                 turning: self.below(2) == 0,
                 name,
+                on: (self.below(2) == 0).then(|| self.name()),
                 value,
             },
             _ => DeclKind::Result { name, value },

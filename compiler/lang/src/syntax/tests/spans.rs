@@ -97,7 +97,7 @@ places! {
         Event { name trigger actions },
         Pulse { name ty range lasting },
         Hold { body guard },
-        Force { name value },
+        Force { name on value },
         Result { name value },
     }
     enum Trigger { When(e), Every(e), }

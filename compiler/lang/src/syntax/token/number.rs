@@ -99,6 +99,9 @@ pub(super) fn check<'s>(
                 unit: back,
             });
         }
+        Err(_) if is_apart(digits) => {
+            report(format!("`{digits}` is not a number"), together(digits));
+        }
         Err(_)
             if word_length(back) == back.len() && front.parse::<f64>().is_ok_and(|n| n != 0.0) =>
         {
@@ -110,6 +113,19 @@ pub(super) fn check<'s>(
         Err(_) => report(format!("`{digits}` is not a number"), shape().into()),
     }
     Token::Broken
+}
+
+/// Whether signs between its digits alone make no number of it (`1_000`).
+fn is_apart(digits: &str) -> bool {
+    let plain = |c: u8| c.is_ascii_digit() || b"_.".contains(&c);
+    let number = digits.replace('_', "").parse::<f64>();
+    digits.contains('_') && digits.bytes().all(plain) && number.is_ok()
+}
+
+fn together(digits: &str) -> Advice {
+    let right = digits.replace('_', "");
+    let hint = format!("the digits of a number stand together: `{right}`");
+    Advice::instead(hint, right)
 }
 
 fn instead(text: String) -> Advice {

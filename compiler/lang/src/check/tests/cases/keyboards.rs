@@ -64,7 +64,19 @@ pub const KEYBOARDS: &[Case] = &[
         keyboard!("rate 44100 Hz keys A0 .. H8 programs piano piano.weight = { X1: 1 N }"),
     ),
     case("swapped keys", &["WH0505"], keyboard!("rate 44100 Hz keys C8 .. A0 programs piano")),
-    case("missing settings", &["WH0604", "WH0604", "WH0604"], keyboard!("board rp2350")),
+    case("missing settings", &["WH0604", "WH0604"], keyboard!("board rp2350")),
+    case("missing keys", &["WH0604"], keyboard!("rate 44100 Hz programs piano piano.weight = { A0: 1 N }")),
+    case(
+        "sense of a speed on keys",
+        &["WH0617"],
+        "instrument i { sense v: speed in 0 m/s .. 1 m/s } keyboard k { rate 44100 Hz keys A0 .. C8 programs i }",
+    ),
+    case(
+        "second sense on keys",
+        &["WH0617"],
+        "instrument i { sense x: length in 0 mm .. 10 mm sense y: length in 0 mm .. 10 mm force f = 1 N }
+         keyboard k { rate 44100 Hz keys A0 .. C8 programs i }",
+    ),
     case("no values", &["WH0604"], keyboard!("rate 44100 Hz keys A0 .. C8 programs piano piano.weight = { }")),
     case(
         "repeated settings",

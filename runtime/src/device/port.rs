@@ -1,0 +1,111 @@
+//! A port of a device: a sensor, and perhaps a drive against what it senses.
+
+use whippen_compiler::model::Moves;
+use whippen_compiler::scales::Scales;
+use whippen_compiler::units::Dim;
+
+/// A port.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Port {
+    /// Its name; empty for the only port of a device, which takes any name.
+    pub name: String,
+    /// What is sensed.
+    pub dim: Dim,
+    /// How that moves.
+    pub moves: Moves,
+    /// How what is sensed becomes words.
+    pub sensor: Sensor,
+    /// How words become forces, if it is driven.
+    pub drive: Option<Drive>,
+}
+
+/// A sensor with its converter: 16-bit words, unsigned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor {
+    /// What word 0 stands for (SI).
+    pub low: f64,
+    /// What word 65535 stands for (SI), above `low`.
+    pub high: f64,
+    /// From the instant of measurement to the tick that reads the word, in ticks.
+    pub delay_samples: f64,
+    /// How often it is read (Hz); none for every tick.
+    pub update_hz: Option<f64>,
+    /// The least difference that it tells (SI); none for a word.
+    pub step: Option<f64>,
+}
+
+/// A drive with its converter: 16-bit words, signed (`I1F15`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// Force that word 32768 would stand for (N or N*m), above 0.
+    pub full_scale: f64,
+    /// From the tick that writes the word to the instant the force acts, in ticks.
+    pub delay_samples: f64,
+    /// Up to where the force follows (Hz); none for a drive without limit.
+    pub bandwidth_hz: Option<f64>,
+}
+
+impl Drive {
+    /// No drive at all; a word of it is 1/32768, so that scales are above 0.
+    pub const NONE: Drive = Drive {
+        full_scale: 1.0,
+        delay_samples: 0.0,
+        bandwidth_hz: None,
+    };
+
+    /// The force (N or N*m) a word stands for.
+    pub fn force(&self, word: i16) -> f64 {
+        f64::from(word) / 32768.0 * self.full_scale
+    }
+}
+
+impl Port {
+    /// Whether it is turned (rad, N*m); otherwise it slides (m, N), or does not move.
+    pub fn turns(&self) -> bool {
+        self.moves == Moves::Turns
+    }
+
+    /// Its drive; one without any force if it has none.
+    pub fn drive(&self) -> Drive {
+        self.drive.unwrap_or(Drive::NONE)
+    }
+
+    /// The sensor's word for a value (SI), and whether that lay outside the sensor's range; halves
+    /// are rounded up. What is not a number reads as word 0 and counts as outside.
+    pub fn word(&self, value: f64) -> (u16, bool) {
+        let Sensor {
+            low, high, step, ..
+        } = self.sensor;
+        let told = step.map_or(value, |step| (value / step).round() * step);
+        let word = ((told - low) / (high - low) * f64::from(u16::MAX) + 0.5).floor();
+        // The cast clamps, and takes what is not a number to 0.
+        (word as u16, !(low..=high).contains(&value))
+    }
+
+    /// The value (SI) a word of its sensor stands for.
+    pub fn sensed(&self, word: u16) -> f64 {
+        let Sensor { low, high, .. } = self.sensor;
+        low + (high - low) * (f64::from(word) / f64::from(u16::MAX))
+    }
+
+    /// What its words mean.
+    pub fn scales(&self) -> Scales {
+        let Sensor { low, high, .. } = self.sensor;
+        Scales {
+            sensor_zero: low,
+            sensor_lsb: (high - low) / f64::from(u16::MAX),
+            drive_lsb: self.drive().full_scale / 32_768.0,
+            update_hz: self.sensor.update_hz,
+        }
+    }
+
+    /// What it measures, in words: `lengths`.
+    pub fn measures(&self) -> String {
+        match self.moves {
+            Moves::Slides => "lengths".to_string(),
+            Moves::Turns => "angles".to_string(),
+            Moves::Not if self.dim.is_number() => "plain numbers".to_string(),
+            Moves::Not => format!("values in {}", self.dim.unit()),
+        }
+    }
+}
