@@ -61,6 +61,7 @@ fn kept(row: &numbers::Kept) -> Value {
         OverTime::Exact => ("exact", Some(0.0), None),
         OverTime::Bounded(most) => ("bounded", Some(most), None),
         OverTime::Grows(per_second) => ("grows", None, Some(per_second)),
+        OverTime::BehindFriction => ("behind a friction", None, None),
         OverTime::FedBack(per_second) => ("fed back", None, Some(per_second)),
     };
     json!({

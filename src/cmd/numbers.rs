@@ -32,13 +32,21 @@ fn table(out: &mut String, compiled: &Compiled) {
             format!("{:.6}", sig(export.range.low)),
             format!("{:.6}", sig(export.range.high)),
         );
-        let error = format!("{:.1e}", export.error);
+        let error = bound(export.error);
         let _ = writeln!(
             out,
             "  {:<24} {low:>12} .. {high:<12} {unit:<11} {:<9} {error}",
             export.name,
             export.format()
         );
+    }
+}
+
+/// A bound of an error, or that there is none.
+fn bound(error: f64) -> String {
+    match error.is_finite() {
+        true => format!("{error:.1e}"),
+        false => "none: it depends on a friction".to_string(),
     }
 }
 
@@ -60,13 +68,17 @@ fn updates(out: &mut String, compiled: &Compiled) {
         over_time,
     } in rows
     {
-        let error = format!("{error:.1e}");
+        let error = match error.is_finite() {
+            true => bound(error),
+            false => "none".to_string(),
+        };
         let comes_to = match over_time {
             OverTime::Exact => "exact".to_string(),
             OverTime::Bounded(most) => format!("at most {most:.1e}, however long it runs"),
             OverTime::Grows(per_second) => {
                 format!("grows with every tick, by at most {per_second:.1e} a second")
             }
+            OverTime::BehindFriction => bound(f64::INFINITY),
             OverTime::FedBack(per_second) => {
                 format!(
                     "adds at most {per_second:.1e} a second; it is fed back, and no bound is proven"

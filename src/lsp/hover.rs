@@ -155,11 +155,14 @@ fn proven(number: &Number) -> Option<String> {
     } else {
         format!("{low} .. {high}{unit}")
     };
-    let format = format!(
-        "format {}, one tick adds an error of at most {}{unit}",
-        export.format(),
-        short(export.error)
-    );
+    let error = match export.error.is_finite() {
+        true => format!(
+            "one tick adds an error of at most {}{unit}",
+            short(export.error)
+        ),
+        false => "no bound of its error: it depends on a friction".to_string(),
+    };
+    let format = format!("format {}, {error}", export.format());
     Some(format!("{range}  \n{format}"))
 }
 

@@ -112,6 +112,14 @@ pub const KEYWORDS: &[(&str, &str)] = &[
         "torque",
         "One of the torques that drive a body, or, with a label, that a knob feels; they are added.",
     ),
+    (
+        "friction",
+        "`friction f(v) against w = force`: acts against the slip `v`, the speed relative to `w` of this very tick; `f` is the force, `f.slip` the slip.",
+    ),
+    (
+        "against",
+        "`friction f(v) against w = force`: the speed that the slip is relative to.",
+    ),
     ("board", "`board name`: what the keyboard's code runs on."),
     (
         "device",

@@ -58,7 +58,7 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 4] = [
+pub const PROGRAMS: [(&str, &str); 5] = [
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",
@@ -68,6 +68,10 @@ pub const PROGRAMS: [(&str, &str); 4] = [
     (
         "dial-and-lever.whip",
         include_str!("../programs/dial-and-lever.whip"),
+    ),
+    (
+        "rubbed_mass.whip",
+        include_str!("../programs/rubbed_mass.whip"),
     ),
 ];
 

@@ -73,6 +73,23 @@ impl Random {
         size * (0.1 + self.below(900) as f64 / 1000.0)
     }
 
+    /// A friction and a force of it, in half of all programs.
+    fn friction(&mut self) -> Vec<&'static str> {
+        const LAWS: &[&str] = &[
+            "friction rub(v) against 0.3 * x' = 2 N * coulomb_law(v, width: 5 mm/s)",
+            "friction rub(v) against 0 m/s = clamp(abs(two), 0, 9) * 1 N * stribeck_law(v, width: 3 mm/s, fall: 0.1 m/s, rest: 1.5)",
+            "friction rub(v) against x' = (0.1 N + clamp(one, 0, 30) * 1 N) * sticky_law(v, top: 50 mm/s)",
+            "friction rub(v) against clamp(one, -2, 2) * 1 m/s = if switch then 0.5 N*s/m * v else 3 N * tanh(v / (1 cm/s))",
+        ];
+        match self.below(8) {
+            law @ 0..4 => vec![
+                LAWS[law as usize],
+                "force rub = rub * (1 + clamp(rub.slip / (1 m/s), -1, 1)^2)",
+            ],
+            _ => Vec::new(),
+        }
+    }
+
     fn condition(&mut self, names: &[&str]) -> String {
         let op = self.pick(&["<", "<=", ">", ">="]);
         let simple = format!("{} {op} {}", self.pick(names), self.number());
@@ -104,6 +121,7 @@ fn program(seed: u64) -> String {
     );
     let lowest = [0, -10][r.below(2) as usize];
     let (spring, loss) = (100 * (1 + r.below(20)), r.below(4));
+    let friction = r.friction();
     format!(
         "instrument random_{seed} {{
             sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms
@@ -126,6 +144,7 @@ fn program(seed: u64) -> String {
                 mass 20 g
                 force {spring} N/m * (x - y)
                 force {loss} N*s/m * (x' - y')
+                {}
             }}
             event hit when x > 5 mm {{
                 fire knock at {fired}
@@ -134,7 +153,10 @@ fn program(seed: u64) -> String {
             }}
             force knock = knock * 0.1 N
             force pull = clamp({pull}, -1000, 1000) * 1 N
-        }}"
+            {}
+        }}",
+        friction.first().copied().unwrap_or_default(),
+        friction.get(1).copied().unwrap_or_default(),
     )
 }
 

@@ -21,7 +21,7 @@ const TICKS: usize = 6000;
 /// Instructions that modes may have.
 const INSTRUCTIONS: usize = 4000;
 
-/// The kernel of every bundled instrument and one more, without observation, and the words of its
+/// The kernel of every bundled instrument and some more, without observation, and the words of its
 /// gesture.
 fn all() -> Vec<(Kernel, Vec<u16>)> {
     let mut kernels = Vec::new();
@@ -32,6 +32,7 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
         "two-axis-spring.whip",
         "pad.whip",
         "dial-and-lever.whip",
+        "rubbed_mass.whip",
     ];
     for (folder, file) in bundled.chain(others.map(|file| ("tests/programs", file))) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))

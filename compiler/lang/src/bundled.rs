@@ -32,6 +32,10 @@ pub const STD: &[(&str, &str)] = &[
         include_str!("../../../instruments/std/friction.whip"),
     ),
     (
+        "<std/laws.whip>",
+        include_str!("../../../instruments/std/laws.whip"),
+    ),
+    (
         "<std/plectrum.whip>",
         include_str!("../../../instruments/std/plectrum.whip"),
     ),

@@ -36,6 +36,7 @@ mod elaborate;
 mod elsewhere;
 mod expect;
 mod expr;
+mod friction;
 mod instantiate;
 mod items;
 mod keyboard;

@@ -36,6 +36,10 @@ pub enum NameKind {
     Pulse,
     /// The coordinate of a body.
     Coordinate,
+    /// The force of a friction.
+    Friction,
+    /// The slip in the law of a friction.
+    Slip,
     /// What a term is given.
     Parameter,
     /// What a term gives back.
@@ -58,7 +62,7 @@ impl NameKind {
         use NameKind::*;
         matches!(
             self,
-            Sense | Param | Live | Let | State | Pulse | Coordinate | Parameter | Result
+            Sense | Param | Live | Let | State | Pulse | Coordinate | Friction | Parameter | Result
         )
     }
 
@@ -76,6 +80,8 @@ impl NameKind {
             NameKind::State => "remembered value",
             NameKind::Pulse => "pulse",
             NameKind::Coordinate => "coordinate",
+            NameKind::Friction => "friction",
+            NameKind::Slip => "slip of a friction",
             NameKind::Parameter => "parameter of the term",
             NameKind::Result => "result of the term",
             NameKind::Machine => "machine",

@@ -19,7 +19,7 @@ pub mod prime;
 pub mod print;
 pub mod sweep;
 
-pub use dag::{Cmp, Dag, Node, NodeId};
+pub use dag::{Balance, Cmp, Dag, Node, NodeId};
 pub use function::Function;
 
 use crate::units::Dim;
@@ -190,6 +190,8 @@ pub enum CellKind {
     Rate,
     /// `state`
     State,
+    /// The slip of a friction in the tick before, 0 where it gave no force.
+    Slip,
     /// Present level of a pulse; 0 while it does not run.
     Pulse,
 }
@@ -234,9 +236,24 @@ pub struct Body {
     pub rate: CellId,
     /// Sum of torques divided by inertia (rad/s^2 or m/s^2).
     pub acceleration: NodeId,
+    /// What rubs it.
+    pub friction: Option<Friction>,
     /// While this holds the body is not integrated (all `hold`s of the body, joined by `or`).
     pub hold: Option<NodeId>,
     /// Where it is declared.
+    pub span: Span,
+}
+
+/// `friction`
+#[derive(Debug, Clone)]
+pub struct Friction {
+    /// Name.
+    pub name: String,
+    /// What it takes off the rate in this tick (rad/s or m/s).
+    pub taken: NodeId,
+    /// The slip of the tick before.
+    pub last: CellId,
+    /// Where it stands.
     pub span: Span,
 }
 

@@ -10,8 +10,10 @@
 mod interval;
 mod problem;
 
+use std::collections::HashMap;
+
 use crate::diag::Diagnostic;
-use crate::model::{Cmp, Function, Interval, Model, Node, NodeId};
+use crate::model::{Balance, Cmp, Function, Interval, Model, Node, NodeId};
 use whippen_ids::IdMap;
 
 /// What was proven: an interval per node. Only the analysis makes one.
@@ -64,7 +66,9 @@ impl Ranges {
             let result: Result<Interval, Option<Problem>> = if tainted {
                 Err(None)
             } else {
-                transfer(model, node, |o| nodes[o]).map_err(Some)
+                transfer(model, node, |o| nodes[o])
+                    .and_then(|value| rubs(model, node, &nodes).map(|()| value))
+                    .map_err(Some)
             };
             nodes.push(result.unwrap_or(Interval {
                 low: 0.0,
@@ -83,6 +87,49 @@ impl Ranges {
     }
 }
 
+/// Whether the law of a friction, if that is what the node is, never pushes: it is not negative
+/// where the slip is not, and not positive where the slip is not.
+fn rubs(model: &Model, node: &Node, nodes: &IdMap<NodeId, Interval>) -> Result<(), Problem> {
+    let Node::Slip(balance) = node else {
+        return Ok(());
+    };
+    let tried = nodes[balance.trial];
+    let halves = [
+        (
+            tried.cut(0.0, f64::INFINITY),
+            Interval {
+                low: 0.0,
+                high: f64::INFINITY,
+            },
+        ),
+        (
+            tried.cut(f64::NEG_INFINITY, 0.0),
+            Interval {
+                low: f64::NEG_INFINITY,
+                high: 0.0,
+            },
+        ),
+    ];
+    for (slip, allowed) in halves {
+        let mut at = HashMap::from([(balance.trial, slip)]);
+        for id in model
+            .dag
+            .between(balance.trial, balance.law)
+            .into_iter()
+            .skip(1)
+        {
+            let of = |o: NodeId| at.get(&o).copied().unwrap_or(nodes[o]);
+            let value = transfer(model, model.dag.get(id), of).unwrap_or(nodes[id]);
+            at.insert(id, value);
+        }
+        let law = at.get(&balance.law).copied().unwrap_or(nodes[balance.law]);
+        if law.low < allowed.low || law.high > allowed.high {
+            return Err(Problem::Pushes(slip, law));
+        }
+    }
+    Ok(())
+}
+
 /// Why a value has no interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Problem {
@@ -92,6 +139,8 @@ pub enum Problem {
     NegativeBase(Interval),
     /// A function of what may lie outside of its domain.
     OutsideDomain(Function, Interval),
+    /// A friction whose law pushes at slips in the first interval: it lies in the second.
+    Pushes(Interval, Interval),
     /// Beyond [`LIMIT`].
     Unbounded,
 }
@@ -126,18 +175,20 @@ pub fn transfer(
         &Node::Sub(a, b) => of(a) - of(b),
         &Node::Mul(a, b) if a == b => of(a).power(4),
         &Node::Mul(a, b) => of(a) * of(b),
-        &Node::Div(a, b) => of(a).quotient(of(b)).ok_or(Problem::ZeroDivisor(of(b)))?,
+        &Node::Div(a, b) => divide(of(a), of(b))?,
+        &Node::Trial(_, free) | &Node::Slip(Balance { free, .. }) => {
+            of(free).union(Interval::point(0.0))
+        }
+        &Node::Ratio(a, b, limit) => divide(of(a), of(b))?.cut(-limit.0, limit.0),
         &Node::Neg(a) => -of(a),
         &Node::Min(a, b) => of(a).min(of(b)),
         &Node::Max(a, b) => of(a).max(of(b)),
         &Node::Abs(a) => of(a).abs(),
-        &Node::Power(a, halves) if halves % 2 == 1 && of(a).low < 0.0 => {
-            return Err(Problem::NegativeBase(of(a)));
+        &Node::Power(a, halves) => power(of(a), halves)?,
+        &Node::Function(function, a) => {
+            let found = function.interval(of(a));
+            found.ok_or(Problem::OutsideDomain(function, of(a)))?
         }
-        &Node::Power(a, halves) => of(a).power(halves),
-        &Node::Function(function, a) => function
-            .interval(of(a))
-            .ok_or(Problem::OutsideDomain(function, of(a)))?,
         &Node::Compare(cmp, a, b) => compare(cmp, of(a), of(b)),
         &Node::And(a, b) => of(a).min(of(b)),
         &Node::Or(a, b) => of(a).max(of(b)),
@@ -156,6 +207,17 @@ pub fn transfer(
     } else {
         Err(Problem::Unbounded)
     }
+}
+
+fn power(a: Interval, halves: u8) -> Result<Interval, Problem> {
+    if halves % 2 == 1 && a.low < 0.0 {
+        return Err(Problem::NegativeBase(a));
+    }
+    Ok(a.power(halves))
+}
+
+fn divide(a: Interval, b: Interval) -> Result<Interval, Problem> {
+    a.quotient(b).ok_or(Problem::ZeroDivisor(b))
 }
 
 /// `1 .. 1` where the comparison always holds, `0 .. 0` where it never does.

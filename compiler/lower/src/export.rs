@@ -6,7 +6,7 @@ use super::real::{Real, Scale, power_of_two};
 use super::update::Update;
 use super::{Lowerer, OpError};
 use whippen_kernel::{Kernel, Op, Range, Value};
-use whippen_lang::model::{CellId, Interval, MachineId, Node};
+use whippen_lang::model::{CellId, Interval, MachineId, Node, NodeId};
 use whippen_lang::units::Dim;
 use whippen_source::Origin;
 
@@ -87,7 +87,7 @@ pub struct Export {
     /// Proven range (SI).
     pub range: Interval,
     /// Bound on the error of one tick (SI), from the state the integers hold at its start and the
-    /// same words.
+    /// same words; infinite behind a friction.
     pub error: f64,
 }
 
@@ -221,7 +221,7 @@ impl Lowerer<'_> {
         self.total_probes(&mut exports)?;
         for (index, force) in model.forces.iter().enumerate() {
             let kind = ExportKind::Force(index as u32);
-            let (real, range) = (self.real(force.value)?, self.ranges.get(force.value));
+            let (real, range) = (self.exported(force.value)?, self.ranges.get(force.value));
             exports.push(self.probe(&force.name, kind, Some(force.dim), real, range)?);
         }
         for (index, value) in model.named.iter().enumerate() {
@@ -230,7 +230,7 @@ impl Lowerer<'_> {
                 let bit = self.bool(value.value)?;
                 self.state_probe(&value.name, kind, bit, 1)?
             } else {
-                let real = self.real(value.value)?;
+                let real = self.exported(value.value)?;
                 self.probe(
                     &value.name,
                     kind,
@@ -244,12 +244,22 @@ impl Lowerer<'_> {
         Ok(exports)
     }
 
+    /// A value with the bound of its error, which there is none of behind a friction.
+    fn exported(&mut self, node: NodeId) -> Result<Real, OpError> {
+        let real = self.real(node)?;
+        let error = match self.step.behind_friction[node] {
+            true => f64::INFINITY,
+            false => real.error,
+        };
+        Ok(Real { error, ..real })
+    }
+
     /// The sum of the forces on each driven port.
     fn total_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {
         let model = &self.step.model;
         for (number, port) in model.drives().into_iter().enumerate() {
             let drive = self.step.drives[number];
-            let (real, range) = (self.real(drive)?, self.ranges.get(drive));
+            let (real, range) = (self.exported(drive)?, self.ranges.get(drive));
             let acts = model.forces.iter().find(|force| force.port == port);
             let dim = acts.map(|force| force.dim);
             let what = if dim == Some(Dim::TORQUE) {

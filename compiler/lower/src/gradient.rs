@@ -44,7 +44,7 @@ fn gradient(
         Node::Sub(a, b) => added(all[a].clone(), scaled(b, -one)),
         Node::Neg(a) => scaled(a, -one),
         Node::Mul(a, b) => added(scaled(a, range(b)), scaled(b, range(a))),
-        Node::Div(a, b) => {
+        Node::Div(a, b) | Node::Ratio(a, b, _) => {
             let inverse = bounded(one.quotient(range(b)));
             let quotient = range(a) * inverse;
             added(scaled(a, inverse), scaled(b, -(quotient * inverse)))
@@ -60,6 +60,9 @@ fn gradient(
         | Node::Curvature(_)
         | Node::Live(_)
         | Node::Keyed(_)
+        // `simplify` leaves none.
+        | Node::Trial(..)
+        | Node::Slip(_)
         | Node::Bool(_)
         | Node::LiveBool(_)
         | Node::Is(..)

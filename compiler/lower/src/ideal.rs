@@ -10,6 +10,7 @@
 //! ```
 
 mod commit;
+mod friction;
 mod sense;
 mod value;
 
@@ -98,14 +99,14 @@ impl<'m> Ideal<'m> {
         for key in 0..self.keys.len() {
             self.sense(key, &words[key * senses..(key + 1) * senses]);
             self.before[key].clone_from(&self.keys[key]);
-            value::evaluate(
-                self.model,
-                &self.lives,
+            let tick = value::Tick {
+                model: self.model,
+                lives: &self.lives,
                 key,
-                &self.keys[key],
-                &self.senses[key],
-                &mut self.values[key],
-            );
+                state: &self.keys[key],
+                senses: &self.senses[key],
+            };
+            tick.evaluate(&mut self.values[key]);
             self.act(key);
         }
         self.started = true;

@@ -56,6 +56,10 @@ pub fn dead_bands<'u>(
 ) -> Vec<(&'u Update, DeadBand)> {
     let gradients = gradients(step, ranges);
     let widest = |update: &'u Update| {
+        // What is lost is told from what is solved by nothing that is known.
+        if update.error.is_infinite() {
+            return None;
+        }
         let paths = || update.paths.iter();
         let most = paths().filter_map(|path| added(step, ranges, update.cell, path));
         let most = most.fold(0.0, f64::max);

@@ -23,6 +23,8 @@ use whippen_lang::range::Ranges;
 /// Least pivot that counts as above zero, and what counts as nothing beside one: far above what
 /// f64 rounds, and too little to grow by in years.
 const LEAST_PIVOT: f64 = 1e-12;
+/// Stands for a part of itself that is more than all of it.
+const AMPLIFIED: f64 = 2.0;
 /// What f64 may lose while it eliminates.
 const SLACK: f64 = 1.0 + 1e-9;
 
@@ -35,6 +37,8 @@ pub enum OverTime {
     Bounded(f64),
     /// They add up, by at most so much a second (SI).
     Grows(f64),
+    /// What is written depends on the slip of a friction: no bound is known, not even of one tick.
+    BehindFriction,
     /// They are fed back or amplified, so no bound is proven; roundings add at most so much a
     /// second to them (SI).
     FedBack(f64),
@@ -95,6 +99,11 @@ fn over_time(
         at_a_time: 0.0,
     };
     let mut rows: IdMap<CellId, Row> = IdMap::filled(nothing, cells.len());
+    for update in updates.iter().filter(|update| update.error.is_infinite()) {
+        // Of what is amplified there is no bound, nor of what is made of it.
+        let own = &mut rows[update.cell].by[update.cell];
+        *own = own.max(AMPLIFIED);
+    }
     for update in updates {
         // A limit forgets what was before.
         rows[update.cell].error = rows[update.cell].error.max(update.ends);
@@ -104,8 +113,15 @@ fn over_time(
     }
     let bounds = bounds(&rows);
     let per_second = f64::from(step.model.rate_hz);
+    let is_behind = |cell: CellId| {
+        let mut own = updates.iter().filter(|update| update.cell == cell);
+        own.any(|update| update.error.is_infinite())
+    };
     let judged = |cell: CellId| {
         let row = &rows[cell];
+        if is_behind(cell) {
+            return OverTime::BehindFriction;
+        }
         let others = || row.by.enumerated().filter(move |(by, _)| *by != cell);
         let inherited: Option<f64> = others()
             .filter(|(_, slope)| **slope > 0.0)

@@ -10,6 +10,7 @@
 //! * What the ranges decide is gone: a `max` that never bites, a comparison that always holds.
 //! * Comparisons compare a value with a constant where they can: the threshold is scaled, not the
 //!   value.
+//! * The steps by which frictions are solved are written out.
 //! * The step of every body is written out (rule 3: rate first, then coordinate), so it takes part
 //!   in all this.
 //!
@@ -17,12 +18,14 @@
 //! by more than rounding.
 
 mod choice;
+mod friction;
 mod linear;
 mod rewrite;
 
 use rewrite::Rewriter;
+use whippen_ids::IdMap;
 use whippen_lang::diag::Diagnostic;
-use whippen_lang::model::{Interval, Model, Node, NodeId};
+use whippen_lang::model::{Dag, Interval, Model, Node, NodeId};
 use whippen_lang::range::{self, Ranges};
 
 /// A Model after algebra, with the step of its bodies and the sum of its forces as nodes.
@@ -36,6 +39,9 @@ pub struct Step {
     pub coordinates: Vec<NodeId>,
     /// Per driven port ([`Model::drives`]): the sum of its force terms (N or N*m).
     pub drives: Vec<NodeId>,
+    /// Whether a value depends on the slip of a friction in this tick, so that no bound is known of
+    /// its error: near where a friction lets go, the least change decides.
+    pub behind_friction: IdMap<NodeId, bool>,
 }
 
 /// Simplifies a model, whose ranges are given; the ranges of the new one come with it.
@@ -57,15 +63,26 @@ pub fn simplify(model: &Model, ranges: Ranges) -> Result<(Step, Ranges), Vec<Dia
     out.roots_mut()
         .into_iter()
         .for_each(|root| *root = rewriter.node(*root));
+    let slips = std::mem::take(&mut rewriter.slips);
     rewriter.finish_into(&mut out);
     let ranges = range::analyze(&out)?;
     let step = Step {
-        model: out,
         rates,
         coordinates,
         drives,
+        behind_friction: behind(&out.dag, &slips),
+        model: out,
     };
     Ok((step, ranges))
+}
+
+/// Which values depend on one of these.
+fn behind(dag: &Dag, sources: &[NodeId]) -> IdMap<NodeId, bool> {
+    let mut depends = IdMap::filled(false, dag.len());
+    for (id, node) in dag.nodes() {
+        depends[id] = sources.contains(&id) || node.operands().iter().any(|o| depends[o]);
+    }
+    depends
 }
 
 /// Adds `rate + T * acceleration` and `coordinate + T * new rate` (or the held values) for every
@@ -83,6 +100,10 @@ fn integrate(model: &mut Model) -> (Vec<NodeId>, Vec<NodeId>) {
         );
         let change = dag.add(Node::Mul(t, body.acceleration));
         let free = dag.add(Node::Add(rate, change));
+        let free = body
+            .friction
+            .as_ref()
+            .map_or(free, |friction| dag.add(Node::Sub(free, friction.taken)));
         let new_rate = body
             .hold
             .map_or(free, |held| dag.add(Node::Select(held, zero, free)));

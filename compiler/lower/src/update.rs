@@ -32,7 +32,7 @@ pub struct Update {
     /// What is written: one of these.
     pub paths: Vec<Path>,
     /// Bound on what roundings make of it (SI), from the state that the integers hold and the same
-    /// words, where no end of a range limits it.
+    /// words, where no end of a range limits it; infinite behind a friction.
     pub error: f64,
     /// How far from the ends of the declared range it is limited (SI); 0 where it is not.
     pub ends: f64,
@@ -68,7 +68,10 @@ impl Lowerer<'_> {
         self.updates.push(Update {
             cell,
             writer,
-            error: paths.iter().map(|p| p.error).fold(0.0, f64::max),
+            error: match self.step.behind_friction[value] {
+                true => f64::INFINITY,
+                false => paths.iter().map(|p| p.error).fold(0.0, f64::max),
+            },
             paths,
             ends: kept.beside + if inside { 0.0 } else { missed },
             over_time: OverTime::Exact,

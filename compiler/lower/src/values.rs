@@ -100,6 +100,7 @@ impl Lowerer<'_> {
             }
             Node::Mul(a, b) => self.product(a, b, lsb),
             Node::Div(a, b) => self.quotient(a, b, lsb),
+            Node::Ratio(a, b, _) => self.ratio(a, b, lsb),
             Node::Min(a, b) => self.of_two(Op::Min, a, b, lsb),
             Node::Max(a, b) => self.of_two(Op::Max, a, b, lsb),
             Node::Abs(a) => self.absolute(a, lsb),
@@ -115,7 +116,8 @@ impl Lowerer<'_> {
                 })
             }
             Node::Function(function, a) => self.function(function, a, lsb),
-            // Bools have no integer of their own.
+            // Bools have no integer of their own, and frictions have been written out.
+            Node::Trial(..) | Node::Slip(_) => self.constant_real(0.0, Scale::plain(lsb)),
             Node::Bool(_)
             | Node::LiveBool(_)
             | Node::Is(..)
@@ -311,6 +313,20 @@ impl Lowerer<'_> {
                 other => return other.map(|value| (value, a.lsb / b.lsb * exp2(-shift), dividend)),
             }
         }
+    }
+
+    /// A quotient with 16 significant bits, of what is divided by something above zero. Its error
+    /// is none: it is the step of a search, whose outcome has no bound.
+    fn ratio(&mut self, a: NodeId, b: NodeId, lsb: f64) -> Result<Real, OpError> {
+        let (ra, rb) = (self.real(a)?, self.real(b)?);
+        let (ra, rb) = (self.plain(ra)?, self.plain(rb)?);
+        let rb = self.away_from_zero(rb, true)?;
+        let shift = exponent(ra.lsb / (rb.lsb * lsb)).min(31);
+        let dividend = self.moved(ra.value, shift.min(0))?;
+        let up = shift.max(0);
+        let value = self.b.op(Op::Quot(up as u8), &[dividend, rb.value])?;
+        let down = shift.min(0);
+        Ok(Real::new(value, ra.lsb / rb.lsb * exp2(-up - down), 0.0))
     }
 
     fn away_from_zero(&mut self, real: Real, positive: bool) -> Result<Real, OpError> {

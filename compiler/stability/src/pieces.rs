@@ -15,7 +15,7 @@ use super::gradient::{Deciders, Gradient, Row, add_deciders, cell_variable, deci
 use std::sync::OnceLock;
 use whippen_ids::IdMap;
 use whippen_lang::lint::together::{Facts, narrow};
-use whippen_lang::model::{CellId, CellKind, Interval, Model, Node, NodeId};
+use whippen_lang::model::{Body, CellId, CellKind, Interval, Model, Node, NodeId};
 use whippen_lang::range::{self, Ranges};
 
 /// So many pieces are looked at; what is open beyond is taken with both branches at once.
@@ -68,7 +68,8 @@ pub struct Law {
 
 impl Law {
     /// The law of an instrument; `None` where its ranges cannot be bounded, which compiling it
-    /// reports.
+    /// reports, and where a force depends on a friction: that sticks or slips, and has no slope
+    /// in between.
     pub fn of(model: &Model) -> Option<Law> {
         let mut model = model.clone();
         let deciders = add_deciders(&mut model);
@@ -83,7 +84,15 @@ impl Law {
         };
         law.find_cells();
         law.nodes = law.below(&law.roots());
-        Some(law)
+        (!law.is_rubbed()).then_some(law)
+    }
+
+    /// Whether a force depends on a friction, through what moves a body too.
+    fn is_rubbed(&self) -> bool {
+        let slips = |node: &NodeId| matches!(self.model.dag.get(*node), Node::Slip(_));
+        let moves = |body: &&Body| self.cells.contains(&body.rate);
+        let mut moved = self.model.bodies.iter().filter(moves);
+        moved.any(|body| body.friction.is_some()) || self.nodes.iter().any(slips)
     }
 
     /// Whether the instrument turns.

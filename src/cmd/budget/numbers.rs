@@ -31,9 +31,9 @@ impl NumbersBudget {
         let share = |e: &&whippen_compiler::lower::Export| {
             e.error / (e.range.high - e.range.low).max(f64::MIN_POSITIVE)
         };
-        let others = exports
-            .clone()
-            .filter(|e| !matches!(e.kind, ExportKind::Total(_)) && e.error > 0.0);
+        let others = exports.clone().filter(|e| {
+            !matches!(e.kind, ExportKind::Total(_)) && e.error > 0.0 && e.error.is_finite()
+        });
         NumbersBudget {
             values: exports.clone().count(),
             clamps: compiled.lowered.clamps.clone(),
@@ -53,10 +53,16 @@ impl NumbersBudget {
             self.values
         );
         let error = |n: &Named| {
-            let line = format!(
-                "  error of one tick: {} at most {:.1e} {}",
-                n.name, n.error, n.unit
-            );
+            let line = match n.error.is_finite() {
+                true => format!(
+                    "  error of one tick: {} at most {:.1e} {}",
+                    n.name, n.error, n.unit
+                ),
+                false => format!(
+                    "  error of one tick: {} has no bound behind a friction",
+                    n.name
+                ),
+            };
             line.trim_end().to_string() + "\n"
         };
         out.extend(self.force.iter().chain(&self.coarsest).map(error));

@@ -3,7 +3,8 @@
 use super::dubious::DoubtKind;
 use super::elaborate::Elaborator;
 use super::scope::{Made, NameEntry, ScopeId, Thing};
-use super::types::Ty;
+use super::slot::{SlotId, Source};
+use super::types::{Ty, Value};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::model::{Body, CellKind, Node, NodeId};
 use crate::syntax::ast::{BodyPart, Expr, Name};
@@ -11,12 +12,24 @@ use crate::units::Dim;
 use whippen_source::Span;
 
 /// The words and dimensions of a body that turns or slides.
-struct Motion {
+pub struct Motion {
     coordinate: &'static str,
     inertia: &'static str,
-    torque: &'static str,
+    pub torque: &'static str,
     inertia_dim: Dim,
-    torque_dim: Dim,
+    pub torque_dim: Dim,
+}
+
+/// What is known of a body while it is elaborated.
+pub struct BodyInfo {
+    /// Its acceleration.
+    pub acceleration: SlotId,
+    /// Its mass or inertia.
+    pub inertia: Option<NodeId>,
+    /// The force of its friction.
+    pub friction: Option<SlotId>,
+    /// The slip of its friction.
+    pub slip: Option<Value>,
 }
 
 const TURNING: Motion = Motion {
@@ -34,29 +47,15 @@ const SLIDING: Motion = Motion {
     torque_dim: Dim::FORCE,
 };
 
-fn motion(angle: bool) -> &'static Motion {
+pub fn motion(angle: bool) -> &'static Motion {
     if angle { &TURNING } else { &SLIDING }
 }
 
 impl<'a> Elaborator<'a, '_> {
     /// Enters a body and its coordinate. A second coordinate is known, but broken.
     pub fn declare_body(&mut self, scope: ScopeId, name: &'a Name, parts: &'a [BodyPart]) -> Made {
-        let mut body = None;
-        for part in parts {
-            let BodyPart::Coordinate {
-                angle,
-                name: coordinate,
-                ..
-            } = part
-            else {
-                continue;
-            };
-            if body.is_some() {
-                self.enter(scope, coordinate, Thing::Broken);
-            } else {
-                body = Some(self.new_body(scope, name, *angle, coordinate));
-            }
-        }
+        let body = self.declare_coordinates(scope, name, parts);
+        self.declare_frictions(scope, name, body, parts);
         match self.scopes[scope.0].bodies.get(name.node.as_str()) {
             Some(first) => self.duplicate("body", name, first.span, "a second body of this name"),
             None => drop(self.scopes[scope.0].bodies.insert(
@@ -80,12 +79,38 @@ impl<'a> Elaborator<'a, '_> {
         }
     }
 
+    fn declare_coordinates(
+        &mut self,
+        scope: ScopeId,
+        name: &'a Name,
+        parts: &'a [BodyPart],
+    ) -> Option<usize> {
+        let mut body = None;
+        for part in parts {
+            let BodyPart::Coordinate {
+                angle,
+                name: coordinate,
+                ..
+            } = part
+            else {
+                continue;
+            };
+            if body.is_some() {
+                self.enter(scope, coordinate, Thing::Broken);
+            } else {
+                body = Some(self.new_body(scope, name, *angle, coordinate, parts));
+            }
+        }
+        body
+    }
+
     fn new_body(
         &mut self,
         scope: ScopeId,
         name: &Name,
         angle: bool,
         coordinate: &'a Name,
+        parts: &'a [BodyPart],
     ) -> usize {
         let dim = if angle { Dim::NUMBER } else { Dim::LENGTH };
         let full = self.scopes[scope.0].full(&coordinate.node);
@@ -98,15 +123,38 @@ impl<'a> Elaborator<'a, '_> {
             coordinate: cell,
             rate,
             acceleration: NodeId(0),
+            friction: None,
             hold: None,
             span: name.span,
         };
+        let index = self.model.bodies.len();
+        let source = Source::Body(scope, index, parts);
+        let acceleration = self.new_slot(body.name.clone(), name.span, source);
         self.model.bodies.push(body);
-        self.model.bodies.len() - 1
+        self.bodies.push(BodyInfo {
+            acceleration,
+            inertia: None,
+            friction: None,
+            slip: None,
+        });
+        index
     }
 
-    /// Its ranges, its inertia and its torques.
-    pub fn body(&mut self, scope: ScopeId, index: usize, parts: &'a [BodyPart]) {
+    /// All that stands in a body.
+    pub fn moved_body(&mut self, scope: ScopeId, index: usize, parts: &'a [BodyPart]) {
+        self.slot(self.bodies[index].acceleration);
+        self.frictions(scope, index, parts);
+    }
+
+    /// Its ranges, its inertia and its torques; the value is its acceleration.
+    pub fn body(&mut self, scope: ScopeId, index: usize, parts: &'a [BodyPart]) -> Option<Value> {
+        let outer = self.here.replace(scope);
+        let value = self.parts(scope, index, parts);
+        self.here = outer;
+        value
+    }
+
+    fn parts(&mut self, scope: ScopeId, index: usize, parts: &'a [BodyPart]) -> Option<Value> {
         let Body {
             name,
             coordinate,
@@ -145,15 +193,18 @@ impl<'a> Elaborator<'a, '_> {
                     .for_each(|init| self.doubt(init, DoubtKind::AngularRate));
             }
         }
-        let Some(coordinate) = first else { return };
+        let coordinate = first?;
         let inertia = self.inertia(scope, &name, coordinate, parts, span);
         let torque = self.torque(scope, coordinate, parts, span);
-        if let (Some(inertia), Some(torque)) = (inertia, torque) {
-            self.model.bodies[index].acceleration = self.node(Node::Div(torque, inertia), span);
-        }
+        let (inertia, torque) = (inertia?, torque?);
+        let acceleration = self.node(Node::Div(torque, inertia), span);
+        self.model.bodies[index].acceleration = acceleration;
+        self.bodies[index].inertia = Some(inertia);
+        let rate = self.model.cells[rate].dim;
+        Some(Value::real(acceleration, rate.div(Dim::TIME)))
     }
 
-    fn repeated_part(&mut self, body: &str, what: &str, span: Span, first: Span) {
+    pub fn repeated_part(&mut self, body: &str, what: &str, span: Span, first: Span) {
         let message = format!("the body `{body}` has two lines for its {what}");
         self.report(
             Diagnostic::new(Code::BodyPart, span, message, "the second")

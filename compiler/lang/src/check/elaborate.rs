@@ -4,8 +4,10 @@
 use std::collections::HashSet;
 
 use super::Options;
+use super::body::BodyInfo;
 use super::diags::Diags;
 use super::dubious::DoubtKind;
+use super::friction;
 use super::items::{Items, TermItem};
 use super::scope::{Made, Scope, ScopeId, Thing};
 use super::settings::Settings;
@@ -29,6 +31,8 @@ pub struct Elaborator<'a, 'd> {
     pub model: Model,
     /// The tree of scopes; the first is the root.
     pub scopes: Vec<Scope<'a>>,
+    /// What is known of each body of the Model while it is elaborated.
+    pub bodies: Vec<BodyInfo>,
     /// Values.
     pub slots: Vec<Slot<'a>>,
     /// The values being evaluated, outermost first.
@@ -83,6 +87,7 @@ pub fn instrument(
         return None;
     }
     model.sweep();
+    friction::remember_slips(&mut model);
     Some(model)
 }
 
@@ -133,6 +138,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             diags,
             model,
             scopes: Vec::new(),
+            bodies: Vec::new(),
             slots: Vec::new(),
             running: Vec::new(),
             circles: HashSet::new(),
@@ -228,7 +234,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
                 }
             }
             (DeclKind::Next { name, value }, _) => self.next(scope, name, value),
-            (DeclKind::Body { parts, .. }, Made::Body(body)) => self.body(scope, body, parts),
+            (DeclKind::Body { parts, .. }, Made::Body(body)) => self.moved_body(scope, body, parts),
             (
                 DeclKind::Event {
                     name,
@@ -280,7 +286,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
         }
     }
 
-    fn export(&mut self, scope: ScopeId, name: &Name, value: Option<Value>) {
+    pub fn export(&mut self, scope: ScopeId, name: &Name, value: Option<Value>) {
         let Some(value) = value else { return };
         let full = self.scopes[scope.0].full(&name.node);
         self.model.named.push(Named {

@@ -89,6 +89,9 @@ impl<'a> Elaborator<'a, '_> {
             self.mark(span);
             return Some(Value::real(node, Dim::TIME));
         }
+        if let Some(trial) = self.tried(scope, name, span) {
+            return self.slot(trial);
+        }
         match self.lookup(scope, name, span)?.thing {
             Thing::Broken => None,
             Thing::Sense(v)
@@ -100,6 +103,7 @@ impl<'a> Elaborator<'a, '_> {
                 self.slot(slot)
             }
             Thing::Let(slot, None)
+            | Thing::Friction(slot, _)
             | Thing::Param(slot)
             | Thing::Argument(slot)
             | Thing::Result(slot) => self.slot(slot),
@@ -192,6 +196,7 @@ impl<'a> Elaborator<'a, '_> {
                 .map(|e| e.thing)
             {
                 Some(Thing::Broken) => return None,
+                Some(Thing::Friction(force, body)) => return self.slip(force, body, field),
                 Some(Thing::Let(_, call)) => call,
                 _ => None,
             },

@@ -26,7 +26,14 @@ impl<'a> Elaborator<'a, '_> {
                     .for_each(|jump| self.note_jump(*jump, span));
                 Some(Value::real(derivative.value, dim.div(Dim::TIME)))
             }
-            Err(errors) => {
+            Err(mut errors) => {
+                // A friction is reason enough: what it is made of is of no concern.
+                if errors
+                    .iter()
+                    .any(|error| error.kind == NoPrimeKind::Friction)
+                {
+                    errors.retain(|error| error.kind == NoPrimeKind::Friction);
+                }
                 errors
                     .iter()
                     .for_each(|error| self.report_no_prime(error, span));
@@ -96,6 +103,12 @@ fn words(kind: NoPrimeKind) -> (Code, &'static str, &'static str, &'static str) 
             "this choice has no prime: its condition compares values, so it may jump at any time",
             "the choice",
             "use `min`, `max` or `clamp`, or let a machine of `states` decide",
+        ),
+        NoPrimeKind::Friction => (
+            Code::NoPrime,
+            "a friction has no prime: it may let go within one tick",
+            "the friction",
+            "keep its value of the tick before in a `state` and use the difference",
         ),
         NoPrimeKind::Bool => (
             Code::NoPrime,

@@ -6,7 +6,7 @@ use super::items::TermItem;
 use super::slot::SlotId;
 use super::types::Value;
 use crate::model::{CellId, MachineId, PulseId};
-use crate::syntax::ast::Decl;
+use crate::syntax::ast::{Decl, Name};
 use whippen_source::Span;
 
 /// Index of a [`Scope`].
@@ -30,6 +30,8 @@ pub enum Thing {
     Coordinate(CellId, CellId, Value),
     /// A pulse.
     Pulse(PulseId, Value),
+    /// A friction: its force, and the body it stands in.
+    Friction(SlotId, usize),
     /// A parameter of the term.
     Argument(SlotId),
     /// A result of the term.
@@ -47,6 +49,7 @@ impl Thing {
             Thing::State(..) => "a state",
             Thing::Coordinate(..) => "a coordinate",
             Thing::Pulse(..) => "a pulse",
+            Thing::Friction(..) => "a friction",
             Thing::Argument(_) => "a parameter of the term",
             Thing::Result(_) => "a result",
         }
@@ -118,6 +121,8 @@ pub struct Scope<'a> {
     pub call: Option<u32>,
     /// Values by name.
     pub values: BTreeMap<&'a str, Entry>,
+    /// Where the laws of frictions stand, with the name and value of the slip in each.
+    pub laws: Vec<(Span, &'a Name, SlotId)>,
     /// Machines by name.
     pub machines: BTreeMap<&'a str, NameEntry<MachineId>>,
     /// Bodies by name; without index if in error.
@@ -155,6 +160,7 @@ impl<'a> Scope<'a> {
             caller,
             call: None,
             values: BTreeMap::new(),
+            laws: Vec::new(),
             machines: BTreeMap::new(),
             bodies: BTreeMap::new(),
             events: BTreeMap::new(),

@@ -2,11 +2,12 @@
 //! being evaluated closes a circle.
 
 use super::elaborate::Elaborator;
+use super::friction::Rubbed;
 use super::param::ParamDecl;
 use super::scope::ScopeId;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
-use crate::syntax::ast::Expr;
+use crate::syntax::ast::{BodyPart, Expr};
 use whippen_source::Span;
 
 /// Index of a [`Slot`].
@@ -38,6 +39,12 @@ pub enum Source<'a> {
     Typed(ScopeId, &'a Expr, Option<Ty>),
     /// A parameter of the instrument.
     Param(ScopeId, ParamDecl<'a>),
+    /// The acceleration of a body (index into the Model's), with all that stands in it.
+    Body(ScopeId, usize, &'a [BodyPart]),
+    /// The slip that a friction tries, of the body it stands in.
+    Trial(ScopeId, usize, Rubbed<'a>),
+    /// The force of a friction, of the body it stands in.
+    Friction(ScopeId, usize, Rubbed<'a>),
 }
 
 /// How far a value is known.
@@ -96,6 +103,9 @@ impl<'a> Elaborator<'a, '_> {
                 Some(Value { node, ty: ty? })
             }
             Source::Param(scope, decl) => self.param(scope, decl),
+            Source::Body(scope, index, parts) => self.body(scope, index, parts),
+            Source::Trial(scope, index, rubbed) => self.trial(scope, index, rubbed),
+            Source::Friction(scope, index, rubbed) => self.friction(scope, index, rubbed),
         }
     }
 

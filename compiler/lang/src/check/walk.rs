@@ -82,5 +82,6 @@ fn in_part(part: &BodyPart) -> Vec<&Expr> {
             .chain(rate_init)
             .collect(),
         BodyPart::Inertia { value, .. } | BodyPart::Torque { value, .. } => vec![value],
+        BodyPart::Friction { against, law, .. } => vec![against, law],
     }
 }

@@ -110,6 +110,7 @@ codes! {
     AlwaysHolds         "WH0414" Warning "a guard that always holds";
     OverlappingGuards   "WH0415" Warning "two transitions of one state whose guards can hold together";
     Period              "WH0416" Error "an event with a period of less than two ticks, or of too many";
+    FrictionSlope       "WH0417" Error "a friction whose law has no derivative by its slip";
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";
@@ -124,6 +125,7 @@ codes! {
     RangeTooSmall       "WH0511" Warning "a range that cuts off what is written to its state";
     LostUpdate          "WH0512" Warning "changes of what is kept that may be too small for its last bit";
     OutsideDomain       "WH0513" Error "a logarithm of a value that may be zero or negative";
+    FrictionSign        "WH0514" Error "a friction that may push";
     // Physics and keyboards
     WrongDrive          "WH0610" Error "a force or a torque on what it cannot push";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";

@@ -103,8 +103,17 @@ impl Index {
             DeclKind::States { transitions, .. } => self.machine(at, transitions),
             DeclKind::Body { parts, .. } => {
                 for part in parts {
-                    if let BodyPart::Coordinate { name, span, .. } = part {
-                        self.define(NameKind::Coordinate, name, *span);
+                    match part {
+                        BodyPart::Coordinate { name, span, .. } => {
+                            self.define(NameKind::Coordinate, name, *span);
+                        }
+                        BodyPart::Friction {
+                            name, slip, span, ..
+                        } => {
+                            self.define(NameKind::Friction, name, *span);
+                            self.define(NameKind::Slip, slip, *span);
+                        }
+                        BodyPart::Inertia { .. } | BodyPart::Torque { .. } => {}
                     }
                 }
             }

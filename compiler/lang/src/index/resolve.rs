@@ -10,6 +10,7 @@ pub(super) fn resolve(index: &mut Index, map: &SourceMap, files: &[File]) {
         index,
         map,
         item: 0,
+        slip: None,
     };
     for (n, item) in files.iter().flat_map(|f| &f.items).enumerate() {
         resolver.item = n;
@@ -26,6 +27,8 @@ struct Resolver<'a> {
     map: &'a SourceMap,
     /// The item whose names are looked up.
     item: usize,
+    /// In the law of a friction its slip.
+    slip: Option<usize>,
 }
 
 impl Resolver<'_> {
@@ -127,6 +130,15 @@ impl Resolver<'_> {
                 init.iter().chain(rate_init).for_each(|e| self.expr(e));
             }
             BodyPart::Inertia { value, .. } | BodyPart::Torque { value, .. } => self.expr(value),
+            BodyPart::Friction {
+                slip, against, law, ..
+            } => {
+                self.expr(against);
+                let definitions = self.index.definitions.iter();
+                self.slip = definitions.clone().position(|d| d.span == slip.span);
+                self.expr(law);
+                self.slip = None;
+            }
         }
     }
 
@@ -184,7 +196,10 @@ impl Resolver<'_> {
     fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
             ExprKind::Name(name) => {
-                let found = self.index.find(self.item, name, NameKind::is_value);
+                let slip = self
+                    .slip
+                    .filter(|at| self.index.definitions[*at].name == *name);
+                let found = slip.or(self.index.find(self.item, name, NameKind::is_value));
                 self.found(self.without_brackets(expr.span, name), found);
             }
             ExprKind::Field(base, field) => {

@@ -44,6 +44,23 @@ pub enum Cmp {
     Ge,
 }
 
+/// What a friction is solved from: the slip `v` with `v + gain * law(v) = free`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Balance {
+    /// The slip where there were no friction.
+    pub free: NodeId,
+    /// What a force changes the slip by in a tick: tick length over mass or inertia.
+    pub gain: NodeId,
+    /// The slip that is tried, of which the law is made: a [`Node::Trial`].
+    pub trial: NodeId,
+    /// The force against the slip that is tried.
+    pub law: NodeId,
+    /// Its derivative by that.
+    pub slope: NodeId,
+    /// The slip of the tick before, from which the search begins.
+    pub last: NodeId,
+}
+
 /// One value: real unless said otherwise.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Node {
@@ -65,6 +82,13 @@ pub enum Node {
     Keyed(u32),
     /// A cell at the tick's start.
     Cell(CellId),
+    /// The slip that a friction (its memory) tries while it is solved, between 0 and the slip
+    /// without it, which is the operand.
+    Trial(CellId, NodeId),
+    /// The slip at which a friction is in balance, between 0 and the slip without it.
+    Slip(Balance),
+    /// `a / b` with 16 significant bits, at most so much either way. Only `simplify` builds it.
+    Ratio(NodeId, NodeId, Real),
     /// Whether a machine is in a state at the tick's start (bool).
     Is(MachineId, u32),
     /// `c0 + sum c_i * x_i`, with `x_i` in increasing order, no `x_i` a constant or another
@@ -148,6 +172,33 @@ impl Dag {
     }
 }
 
+impl Balance {
+    /// What it is made of.
+    fn operands(self) -> [NodeId; 6] {
+        let Balance {
+            free,
+            gain,
+            trial,
+            law,
+            slope,
+            last,
+        } = self;
+        [free, gain, trial, law, slope, last]
+    }
+
+    pub(super) fn operands_mut(&mut self) -> [&mut NodeId; 6] {
+        let Balance {
+            free,
+            gain,
+            trial,
+            law,
+            slope,
+            last,
+        } = self;
+        [free, gain, trial, law, slope, last]
+    }
+}
+
 impl Node {
     /// The operands, in order.
     pub fn operands(&self) -> Vec<NodeId> {
@@ -173,6 +224,9 @@ impl Node {
                 vec![a, b]
             }
             &Node::Select(c, a, b) | &Node::SelectBool(c, a, b) => vec![c, a, b],
+            &Node::Trial(_, free) => vec![free],
+            &Node::Slip(balance) => balance.operands().to_vec(),
+            &Node::Ratio(a, b, _) => vec![a, b],
         }
     }
 

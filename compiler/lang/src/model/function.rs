@@ -66,7 +66,11 @@ impl Function {
                 let ends = self.ends(of);
                 let (least, most) = match self {
                     Function::Exp => (0.0, f64::INFINITY),
-                    Function::Tanh => (-1.0, 1.0),
+                    // It has the sign of its operand, margins or not.
+                    Function::Tanh => (
+                        if of.low >= 0.0 { 0.0 } else { -1.0 },
+                        if of.high <= 0.0 { 0.0 } else { 1.0 },
+                    ),
                     _ => (f64::NEG_INFINITY, f64::INFINITY),
                 };
                 Some(ends.cut(least, most))
@@ -189,6 +193,13 @@ mod tests {
             }
         }
         assert_eq!(cases, 4 * 120 + 36);
+    }
+
+    #[test]
+    fn the_hyperbolic_tangent_has_the_sign_of_its_operand() {
+        let tanh = |low, high| Function::Tanh.interval(Interval { low, high });
+        assert_eq!(tanh(0.0, 3.0).map(|of| of.low), Some(0.0));
+        assert_eq!(tanh(-3.0, 0.0).map(|of| of.high), Some(0.0));
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Primes: the total time derivative of a value, by the chain rule.
+//! Derivatives by the chain rule: primes, which are by time, and the slope of a friction's law,
+//! which is by the slip that is tried.
 //!
 //! ```text
 //!   sense  -> slope -> curvature -> (no third)       min(a, b) -> if a <= b then a' else b'
@@ -10,7 +11,7 @@
 //! does not matter. Every node that has no prime is reported, as a value: the checker knows where
 //! it stands in the source.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::{Body, Cell, CellId, CellKind, Cmp, Dag, Function, Node, NodeId};
 use whippen_ids::{Id, IdMap};
@@ -38,6 +39,8 @@ pub enum NoPrimeKind {
     Third,
     /// A choice whose condition compares values.
     Comparison,
+    /// A friction, or its slip.
+    Friction,
     /// A bool.
     Bool,
 }
@@ -63,28 +66,55 @@ pub fn prime(
 ) -> Result<Prime, Vec<NoPrime>> {
     let moving = reach(dag, root);
     let rates = bodies.iter().map(|b| (b.coordinate, b.rate)).collect();
-    let zero = dag.constant(0.0);
-    let mut pass = PrimePass {
-        dag,
-        cells,
-        rates,
-        zero,
-        done: HashMap::new(),
-        jumps: Vec::new(),
-        errors: Vec::new(),
-    };
+    let by = By::Time { cells, rates };
+    let mut pass = PrimePass::new(dag, by);
     for id in moving {
-        if let Some(value) = pass.node(id) {
-            pass.done.insert(id, value);
+        pass.enter(id);
+    }
+    pass.finish(root)
+}
+
+/// The derivative of `root` by the slip that is tried, which is `trial`; what does not depend on
+/// it is constant.
+///
+/// # Errors
+/// Choices that ask for the slip: they have no derivative.
+pub fn slope(dag: &mut Dag, trial: NodeId, root: NodeId) -> Result<NodeId, Vec<NoPrime>> {
+    let order = dag.between(trial, root);
+    let moving = order.iter().copied().collect();
+    let mut pass = PrimePass::new(dag, By::Trial { trial, moving });
+    for id in order {
+        pass.enter(id);
+    }
+    pass.finish(root).map(|derivative| derivative.value)
+}
+
+impl Dag {
+    /// What `from` is needed for below `root`, both included, operands before users.
+    pub fn between(&self, from: NodeId, root: NodeId) -> Vec<NodeId> {
+        let mut depends = IdMap::filled(false, self.len());
+        let mut found = Vec::new();
+        for id in self.below(root) {
+            let operands = self.get(id).operands();
+            depends[id] = id == from || operands.iter().any(|operand| depends[operand]);
+            found.extend(depends[id].then_some(id));
         }
+        found
     }
-    match pass.done.get(&root) {
-        Some(&value) if pass.errors.is_empty() => Ok(Prime {
-            value,
-            jumps: pass.jumps,
-        }),
-        _ => Err(pass.errors),
-    }
+}
+
+/// What a derivative is taken by.
+enum By<'d> {
+    /// Time: memory and what rates it has.
+    Time {
+        cells: &'d IdMap<CellId, Cell>,
+        rates: HashMap<CellId, CellId>,
+    },
+    /// The slip that a friction tries, and all that depends on it.
+    Trial {
+        trial: NodeId,
+        moving: HashSet<NodeId>,
+    },
 }
 
 /// The nodes whose derivative is needed, operands before users.
@@ -105,26 +135,60 @@ fn reach(dag: &Dag, root: NodeId) -> Vec<NodeId> {
 
 struct PrimePass<'d> {
     dag: &'d mut Dag,
-    cells: &'d IdMap<CellId, Cell>,
-    rates: HashMap<CellId, CellId>,
+    by: By<'d>,
     zero: NodeId,
     done: HashMap<NodeId, NodeId>,
     jumps: Vec<NodeId>,
     errors: Vec<NoPrime>,
 }
 
-impl PrimePass<'_> {
+impl<'d> PrimePass<'d> {
+    fn new(dag: &'d mut Dag, by: By<'d>) -> PrimePass<'d> {
+        let zero = dag.constant(0.0);
+        PrimePass {
+            dag,
+            by,
+            zero,
+            done: HashMap::new(),
+            jumps: Vec::new(),
+            errors: Vec::new(),
+        }
+    }
+
+    fn enter(&mut self, id: NodeId) {
+        if let Some(value) = self.node(id) {
+            self.done.insert(id, value);
+        }
+    }
+
+    fn finish(self, root: NodeId) -> Result<Prime, Vec<NoPrime>> {
+        match self.of(root) {
+            Some(value) if self.errors.is_empty() => Ok(Prime {
+                value,
+                jumps: self.jumps,
+            }),
+            _ => Err(self.errors),
+        }
+    }
+
     /// The derivative of one node; `None` if it or an operand has none.
     fn node(&mut self, id: NodeId) -> Option<NodeId> {
         let node = self.dag.get(id).clone();
-        if node.is_bool() {
-            return self.fail(NoPrimeKind::Bool, id);
+        match (&self.by, node) {
+            (By::Trial { trial, .. }, _) if id == *trial => Some(self.dag.constant(1.0)),
+            (By::Trial { .. }, node) if node.is_bool() => None,
+            (By::Time { .. }, node) if node.is_bool() => self.fail(NoPrimeKind::Bool, id),
+            (_, node) => self.derived(id, node),
         }
+    }
+
+    fn derived(&mut self, id: NodeId, node: Node) -> Option<NodeId> {
         match node {
             Node::Const(_) | Node::Live(_) | Node::Keyed(_) => Some(self.zero),
             Node::Sense(s) => Some(self.dag.add(Node::Slope(s))),
             Node::Slope(s) => Some(self.dag.add(Node::Curvature(s))),
             Node::Curvature(_) => self.fail(NoPrimeKind::Third, id),
+            Node::Trial(..) | Node::Slip(_) => self.fail(NoPrimeKind::Friction, id),
             Node::Cell(cell) => self.cell(cell, id),
             Node::Neg(a) => {
                 let a = self.of(a)?;
@@ -152,8 +216,12 @@ impl PrimePass<'_> {
         }
     }
 
+    /// The derivative of an operand; zero of what a slip that is tried has nothing to do with.
     fn of(&self, id: NodeId) -> Option<NodeId> {
-        self.done.get(&id).copied()
+        match &self.by {
+            By::Trial { moving, .. } if !moving.contains(&id) => Some(self.zero),
+            _ => self.done.get(&id).copied(),
+        }
     }
 
     fn fail(&mut self, kind: NoPrimeKind, node: NodeId) -> Option<NodeId> {
@@ -162,7 +230,10 @@ impl PrimePass<'_> {
     }
 
     fn cell(&mut self, cell: CellId, id: NodeId) -> Option<NodeId> {
-        match (self.rates.get(&cell), self.cells.get(cell).map(|c| c.kind)) {
+        let By::Time { cells, rates } = &self.by else {
+            return Some(self.zero);
+        };
+        match (rates.get(&cell), cells.get(cell).map(|c| c.kind)) {
             (Some(&rate), _) => Some(self.dag.add(Node::Cell(rate))),
             (None, Some(CellKind::Rate)) => self.fail(NoPrimeKind::Rate, id),
             (None, Some(CellKind::Pulse)) => self.fail(NoPrimeKind::Pulse, id),
@@ -264,7 +335,11 @@ impl PrimePass<'_> {
     }
 
     fn select(&mut self, id: NodeId, c: NodeId, a: NodeId, b: NodeId) -> Option<NodeId> {
-        if !asks_modes_only(self.dag, c) {
+        let is_decided = match &self.by {
+            By::Time { .. } => asks_modes_only(self.dag, c),
+            By::Trial { moving, .. } => !moving.contains(&c),
+        };
+        if !is_decided {
             return self.fail(NoPrimeKind::Comparison, id);
         }
         if a != b && self.dag.bool(c).is_none() {

@@ -301,6 +301,20 @@ impl Printer<'_> {
             Node::Sub(a, b) => infix(a, "-", b, 5),
             Node::Mul(a, b) => infix(a, "*", b, 6),
             Node::Div(a, b) => infix(a, "/", b, 6),
+            Node::Trial(last, _) => (format!("trial({})", self.cell(*last)), 9),
+            Node::Slip(balance) => {
+                let [free, gain, law, last] =
+                    [balance.free, balance.gain, balance.law, balance.last]
+                        .map(|x| self.value(x, 0));
+                (
+                    format!("slip({free}, gain: {gain}, law: {law}, from: {last})"),
+                    9,
+                )
+            }
+            Node::Ratio(a, b, _) => (
+                format!("ratio({}, {})", self.value(*a, 0), self.value(*b, 0)),
+                9,
+            ),
             Node::Neg(a) => (format!("-{}", self.value(*a, 7)), 7),
             Node::Min(a, b) => (
                 format!("min({}, {})", self.value(*a, 0), self.value(*b, 0)),

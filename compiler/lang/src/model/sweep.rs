@@ -56,6 +56,12 @@ impl Node {
                 change(a);
                 change(b);
             }
+            Node::Trial(_, free) => change(free),
+            Node::Ratio(a, b, _) => {
+                change(a);
+                change(b);
+            }
+            Node::Slip(balance) => balance.operands_mut().into_iter().for_each(change),
         }
     }
 }
@@ -67,6 +73,7 @@ impl Model {
         for body in &mut self.bodies {
             roots.push(&mut body.acceleration);
             roots.extend(body.hold.as_mut());
+            roots.extend(body.friction.as_mut().map(|friction| &mut friction.taken));
         }
         roots.extend(self.nexts.iter_mut().map(|(_, value)| value));
         for rule in &mut self.rules {

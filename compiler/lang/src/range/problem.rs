@@ -26,6 +26,7 @@ impl Problem {
                     "keep it above zero, for example `{name}(max(.., 0.001))`"
                 ))
             }
+            Problem::Pushes(slip, law) => pushes(model, node, slip, law),
             Problem::Unbounded => unbounded(model, node, span),
         };
         model
@@ -36,6 +37,33 @@ impl Problem {
 
 fn place(model: &Model, node: NodeId) -> Option<Span> {
     model.spans.get(node).copied().flatten()
+}
+
+fn pushes(model: &Model, node: NodeId, slip: Interval, law: Interval) -> Diagnostic {
+    let (sign, forward) = match slip.high > 0.0 {
+        true => ("negative", "forward"),
+        false => ("positive", "backward"),
+    };
+    let body = model.bodies.iter().find_map(|body| {
+        let friction = body.friction.as_ref()?;
+        let Node::Slip(balance) = model.dag.get(node) else {
+            return None;
+        };
+        let own = *model.dag.get(balance.last) == Node::Cell(friction.last);
+        own.then_some((friction, body, balance.law))
+    });
+    let (name, span, law_at) = body.map_or((String::new(), Span::default(), None), |found| {
+        let (friction, _, law) = found;
+        (friction.name.clone(), friction.span, place(model, law))
+    });
+    let message = format!(
+        "the friction `{name}` may push: its force may be {sign} where it slips {forward}, it lies in {}",
+        si(law)
+    );
+    let label = format!("slips {forward} at {}", si(slip));
+    let hint = "a friction is 0 N or more where its slip is above 0, and 0 N or less below: \
+                multiply by the slip, by `tanh` of it, or by what cannot be negative";
+    Diagnostic::new(Code::FrictionSign, law_at.unwrap_or(span), message, label).hint(hint)
 }
 
 fn negative_base(model: &Model, node: NodeId, interval: Interval, span: Span) -> Diagnostic {

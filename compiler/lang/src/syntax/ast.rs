@@ -4,6 +4,10 @@
 //! keep the unit as written, because the formatter prints it back and because rule 8 of the manual
 //! makes number and unit one token.
 
+mod part;
+
+pub use part::BodyPart;
+
 use whippen_source::Span;
 
 /// A value together with the place it was read from.
@@ -309,48 +313,6 @@ impl DeclKind {
             DeclKind::Result { name, .. } => ("result", name),
         }
     }
-}
-
-/// A line of a `body`.
-#[expect(clippy::large_enum_variant, reason = "a program has a handful of them")]
-#[derive(Debug, Clone, PartialEq)]
-pub enum BodyPart {
-    /// `angle phi in a .. b [= init], rate in a .. b [= init]`, or `position` for a body that
-    /// slides.
-    Coordinate {
-        /// `true` for `angle`, `false` for `position`.
-        angle: bool,
-        /// Name of the coordinate; its prime is the rate.
-        name: Name,
-        /// Range of the coordinate.
-        range: RangeExpr,
-        /// First value; zero if absent.
-        init: Option<Expr>,
-        /// Range of the rate.
-        rate_range: RangeExpr,
-        /// First rate; zero if absent.
-        rate_init: Option<Expr>,
-        /// The line.
-        span: Span,
-    },
-    /// `inertia expr` of a body with an angle, `mass expr` of one with a position.
-    Inertia {
-        /// `true` for `inertia`, `false` for `mass`.
-        angle: bool,
-        /// Its value.
-        value: Expr,
-        /// The line.
-        span: Span,
-    },
-    /// `torque expr` or `force expr`: the terms are added.
-    Torque {
-        /// `true` for `torque`, `false` for `force`.
-        angle: bool,
-        /// Its value.
-        value: Expr,
-        /// The line.
-        span: Span,
-    },
 }
 
 /// `from -> to when guard { actions }`

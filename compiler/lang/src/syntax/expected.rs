@@ -81,7 +81,7 @@ fn begins(token: Token) -> bool {
         || acts
         || matches!(
             token,
-            Instrument | Term | Keyboard | Angle | Position | Inertia | Mass | Torque
+            Instrument | Term | Keyboard | Angle | Position | Inertia | Mass | Torque | Friction
         )
 }
 

@@ -267,6 +267,19 @@ fn part(part: &BodyPart) -> String {
                 Shown(value)
             )
         }
+        BodyPart::Friction {
+            name,
+            slip,
+            against,
+            law,
+            ..
+        } => format!(
+            "friction {}({}) against {} = {}",
+            name.node,
+            slip.node,
+            Shown(against),
+            Shown(law)
+        ),
     }
 }
 

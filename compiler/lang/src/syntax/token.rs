@@ -121,7 +121,7 @@ tokens! {
     }
     soft {
         Every "every", Over "over", Slew "slew", Lasting "lasting", At "at", Angle "angle", Position "position", Rate "rate",
-        Inertia "inertia", Mass "mass", Torque "torque", Board "board", Device "device", Keys "keys",
+        Inertia "inertia", Mass "mass", Torque "torque", Friction "friction", Against "against", Board "board", Device "device", Keys "keys",
         Programs "programs", Zones "zones",
     }
     signs {

@@ -35,6 +35,8 @@ impl RealWrites {
                 writes.cells[r] = 0.0;
             } else {
                 writes.cells[r] += period_s * value(body.acceleration);
+                let friction = body.friction.as_ref();
+                writes.cells[r] -= friction.map_or(0.0, |friction| value(friction.taken));
                 writes.cells[c] += period_s * writes.cells[r];
             }
         }

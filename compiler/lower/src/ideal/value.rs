@@ -1,23 +1,60 @@
 //! Evaluation of the graph in f64, for one tick.
 
+use super::friction::balanced;
 use super::{KeyState, sense::SenseState};
 use whippen_ids::IdMap;
 use whippen_lang::model::fold::{compare, power};
-use whippen_lang::model::{Model, Node, NodeId};
+use whippen_lang::model::{Balance, Model, Node, NodeId};
 
-/// Computes every node, operands first; bools are 0 or 1.
-pub(super) fn evaluate(
-    model: &Model,
-    lives: &[f64],
-    key: usize,
-    state: &KeyState,
-    senses: &[SenseState],
-    values: &mut IdMap<NodeId, f64>,
-) {
-    for (id, node) in model.dag.nodes() {
+/// What a tick's values are made of.
+pub(super) struct Tick<'a> {
+    pub model: &'a Model,
+    pub lives: &'a [f64],
+    pub key: usize,
+    pub state: &'a KeyState,
+    pub senses: &'a [SenseState],
+}
+
+impl Tick<'_> {
+    /// Computes every node, operands first; bools are 0 or 1.
+    pub(super) fn evaluate(&self, values: &mut IdMap<NodeId, f64>) {
+        for (id, node) in self.model.dag.nodes() {
+            values[id] = match node {
+                Node::Slip(balance) => self.slip(balance, values),
+                node => self.value(node, values),
+            };
+        }
+    }
+
+    /// The slip of a friction; its law is evaluated for each slip that is tried.
+    fn slip(&self, balance: &Balance, values: &mut IdMap<NodeId, f64>) -> f64 {
+        let dag = &self.model.dag;
+        let mut order = dag.between(balance.trial, balance.law);
+        order.extend(dag.between(balance.trial, balance.slope));
+        order.sort_unstable();
+        order.dedup();
+        let [free, gain, last] = [balance.free, balance.gain, balance.last].map(|n| values[n]);
+        balanced(free, gain, last, |slip| {
+            values[balance.trial] = slip;
+            for id in order.iter().filter(|id| **id != balance.trial) {
+                values[id] = self.value(dag.get(*id), values);
+            }
+            (values[balance.law], values[balance.slope])
+        })
+    }
+
+    /// The value of a node from those of its operands.
+    fn value(&self, node: &Node, values: &IdMap<NodeId, f64>) -> f64 {
+        let Tick {
+            model,
+            lives,
+            key,
+            state,
+            senses,
+        } = *self;
         let of = |n: &NodeId| values[n];
         let is = |n: &NodeId| values[n] != 0.0;
-        values[id] = match node {
+        match node {
             Node::Const(c) => c.0,
             Node::Bool(b) => f64::from(*b),
             Node::Sense(s) => senses[*s as usize].value(),
@@ -32,6 +69,9 @@ pub(super) fn evaluate(
             Node::Sub(a, b) => of(a) - of(b),
             Node::Mul(a, b) => of(a) * of(b),
             Node::Div(a, b) => of(a) / of(b),
+            // Until its law is solved nothing slips.
+            Node::Trial(..) | Node::Slip(_) => 0.0,
+            Node::Ratio(a, b, limit) => (of(a) / of(b)).clamp(-limit.0, limit.0),
             Node::Neg(a) => -of(a),
             Node::Min(a, b) => of(a).min(of(b)),
             Node::Max(a, b) => of(a).max(of(b)),
@@ -49,6 +89,6 @@ pub(super) fn evaluate(
                     of(b)
                 }
             }
-        };
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Rewrites a graph bottom up; every rule is a smart constructor of the new graph.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::{interval_of, linear::Sum};
 use whippen_ids::IdMap;
@@ -9,9 +9,9 @@ use whippen_lang::model::{Cmp, Dag, Interval, Model, Node, NodeId};
 use whippen_source::Span;
 
 pub(super) struct Rewriter<'a> {
-    model: &'a Model,
+    pub(super) model: &'a Model,
     /// New node of each old one.
-    map: IdMap<NodeId, Option<NodeId>>,
+    pub(super) map: IdMap<NodeId, Option<NodeId>>,
     /// How often each old node is used by what must be computed.
     uses: IdMap<NodeId, u32>,
     pub(super) dag: Dag,
@@ -22,6 +22,10 @@ pub(super) struct Rewriter<'a> {
     within: IdMap<NodeId, Option<u32>>,
     /// Sums of several terms with several users: computed once, not unfolded into their users.
     shared: HashSet<NodeId>,
+    /// Of each slip that a friction tries, the old node that solves it.
+    solved: HashMap<NodeId, NodeId>,
+    /// The slips of frictions.
+    pub(super) slips: Vec<NodeId>,
 }
 
 impl<'a> Rewriter<'a> {
@@ -36,6 +40,8 @@ impl<'a> Rewriter<'a> {
             spans: IdMap::new(),
             within: IdMap::new(),
             shared: HashSet::new(),
+            solved: solved(&model.dag),
+            slips: Vec::new(),
         }
     }
 
@@ -51,11 +57,14 @@ impl<'a> Rewriter<'a> {
     pub fn node(&mut self, id: NodeId) -> NodeId {
         let mut stack = vec![id];
         while let Some(&top) = stack.last() {
-            let open: Vec<NodeId> = self
-                .model
-                .dag
-                .get(top)
-                .operands()
+            let operands = match self.model.dag.get(top) {
+                // Its law is written for each slip that is tried.
+                Node::Slip(balance) => vec![balance.free, balance.gain, balance.last],
+                // What nobody tries is the slip that was found.
+                Node::Trial(..) => self.solved.get(&top).copied().into_iter().collect(),
+                node => node.operands(),
+            };
+            let open: Vec<NodeId> = operands
                 .into_iter()
                 .filter(|o| self.map[o].is_none())
                 .collect();
@@ -73,18 +82,27 @@ impl<'a> Rewriter<'a> {
 
     fn convert(&mut self, old: NodeId) {
         let node = self.model.dag.get(old).clone();
-        let first_new = self.dag.len();
-        let new = self.rewrite(&node);
-        let span = self.model.spans.get(old).copied().flatten();
-        let call = self.model.within.get(old).copied().flatten();
-        self.spans.resize(first_new, None);
-        self.spans.resize(self.dag.len(), span);
-        self.within.resize(first_new, None);
-        self.within.resize(self.dag.len(), call);
+        if self.spans.len() < self.dag.len() {
+            self.spans.resize(self.dag.len(), None);
+            self.within.resize(self.dag.len(), None);
+        }
+        let new = match node {
+            Node::Slip(balance) => self.balanced(old, balance),
+            node => self.rewrite(&node),
+        };
+        self.mark(old);
         if self.uses[old] > 1 && matches!(self.dag.get(new), Node::Linear(_, t) if t.len() > 1) {
             self.shared.insert(new);
         }
         self.map[old] = Some(new);
+    }
+
+    /// Gives the nodes that are new since the last mark the place of an old one.
+    pub(super) fn mark(&mut self, old: NodeId) {
+        let span = self.model.spans.get(old).copied().flatten();
+        let call = self.model.within.get(old).copied().flatten();
+        self.spans.resize(self.dag.len(), span);
+        self.within.resize(self.dag.len(), call);
     }
 
     fn rewrite(&mut self, node: &Node) -> NodeId {
@@ -198,7 +216,7 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    fn combine(&mut self, a: NodeId, factor: f64, b: NodeId) -> NodeId {
+    pub(super) fn combine(&mut self, a: NodeId, factor: f64, b: NodeId) -> NodeId {
         let sum = self.sum_of(a).plus(&self.sum_of(b).scaled(factor));
         self.linear(sum)
     }
@@ -246,7 +264,7 @@ impl<'a> Rewriter<'a> {
         self.linear(Sum::value(quotient).scaled(ca / cb))
     }
 
-    fn min(&mut self, a: NodeId, b: NodeId) -> NodeId {
+    pub(super) fn min(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.interval(a), self.interval(b)) {
             _ if a == b => a,
             (x, y) if x.high <= y.low => a,
@@ -257,7 +275,7 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    fn max(&mut self, a: NodeId, b: NodeId) -> NodeId {
+    pub(super) fn max(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.interval(a), self.interval(b)) {
             _ if a == b => a,
             (x, y) if x.low >= y.high => a,
@@ -346,6 +364,15 @@ fn flipped(cmp: Cmp) -> Cmp {
         Cmp::Gt => Cmp::Lt,
         Cmp::Ge => Cmp::Le,
     }
+}
+
+/// The slips of frictions, by the slips that they try.
+fn solved(dag: &Dag) -> HashMap<NodeId, NodeId> {
+    let slip = |(id, node): (NodeId, &Node)| match node {
+        Node::Slip(balance) => Some((balance.trial, id)),
+        _ => None,
+    };
+    dag.nodes().filter_map(slip).collect()
 }
 
 /// Uses of every node by what is reachable from `roots`.

@@ -423,6 +423,12 @@ pub const MOTION: &[Case] = &[
         "event e every 20 ms { emit depth(at: x) } force f = 1 N",
     ),
     case("every tick", &["WH0416"], "event e every 10 us { }"),
+    case(
+        "friction with a choice",
+        &["WH0417"],
+        "body b { position y in -1 mm .. 1 mm, rate in -1 m/s .. 1 m/s mass 1 g force -1 kN/m * y
+         friction rub(v) against x' = if v > 0 m/s then 1 N else -1 N } force f = rub",
+    ),
     case("too seldom", &["WH0416"], "event e every 3600 s { }"),
     case(
         "circle",

@@ -63,6 +63,7 @@ fn cells() -> IdMap<CellId, Cell> {
 
 fn bodies() -> Vec<Body> {
     vec![Body {
+        friction: None,
         name: String::new(),
         coordinate: CellId(0),
         rate: CellId(1),

@@ -80,7 +80,9 @@ const KINDS: &[WordKind] = &[
     WordKind {
         name: "a line of the body",
         needs: &["torque"],
-        covers: &["angle", "position", "inertia", "mass", "torque", "force"],
+        covers: &[
+            "angle", "position", "inertia", "mass", "torque", "force", "friction",
+        ],
         words: false,
     },
     WordKind {

@@ -173,7 +173,8 @@ fn part_start(part: &BodyPart) -> u32 {
     match part {
         BodyPart::Coordinate { span, .. }
         | BodyPart::Inertia { span, .. }
-        | BodyPart::Torque { span, .. } => span.start,
+        | BodyPart::Torque { span, .. }
+        | BodyPart::Friction { span, .. } => span.start,
     }
 }
 

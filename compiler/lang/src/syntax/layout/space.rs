@@ -17,7 +17,7 @@ pub(super) fn before(pieces: &[Piece], row: usize, at: usize) -> bool {
         (_, Caret) => has_unit(left),
         (Caret, _) => has_unit(pieces[at - 2].token),
         (Minus, _) => row < at - 1 && ends_value(pieces, row, at - 2),
-        (_, LeftParen) => !is_called(pieces, row, at - 1),
+        (_, LeftParen) => !is_called(pieces, row, at - 1) && !is_friction(pieces, row, at - 1),
         _ => true,
     }
 }
@@ -36,6 +36,11 @@ pub(super) fn ends_value(pieces: &[Piece], row: usize, at: usize) -> bool {
 /// Whether the piece before a round bracket is what is called: a name, and no keyword of its place.
 pub(super) fn is_called(pieces: &[Piece], row: usize, at: usize) -> bool {
     pieces[at].token.name().is_some() && at > row && !pieces[at - 1].token.ends_expression()
+}
+
+/// Whether a piece is the name of a friction, behind the keyword that begins the row.
+fn is_friction(pieces: &[Piece], row: usize, at: usize) -> bool {
+    at == row + 1 && pieces[row].token == Token::Friction
 }
 
 /// `pieces[from..to]` on one line, comments left out.

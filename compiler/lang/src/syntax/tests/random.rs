@@ -161,7 +161,14 @@ impl Dice {
 
     fn part(&mut self) -> BodyPart {
         let (angle, span) = (self.below(2) == 0, Span::default());
-        match self.below(3) {
+        match self.below(4) {
+            3 => BodyPart::Friction {
+                name: self.name(),
+                slip: self.name(),
+                against: self.value(),
+                law: self.value(),
+                span,
+            },
             0 => BodyPart::Coordinate {
                 angle,
                 name: self.name(),

@@ -105,6 +105,7 @@ places! {
         Coordinate { name range init rate_range rate_init span },
         Inertia { value span },
         Torque { value span },
+        Friction { name slip against law span },
     }
     struct Transition { from to guard actions span }
     struct Action { kind span }

@@ -1,0 +1,300 @@
+//! Frictions of bodies: `friction f(v) against w = law`, an equation for the slip `v` of this very
+//! tick.
+//!
+//! Three values are evaluated when they are first asked for, like any other: the body's
+//! acceleration, the slip that is tried (`v` in the law), and the force `f`. So what the law and
+//! `w` are made of may stand anywhere, and a circle shows itself.
+
+use super::body::motion;
+use super::builtin;
+use super::elaborate::Elaborator;
+use super::scope::{ScopeId, Thing};
+use super::slot::{SlotId, Source};
+use super::types::{Ty, Value};
+use crate::diag::{Code, Diagnostic};
+use crate::model::prime::{NoPrime, slope};
+use crate::model::{Balance, CellKind, Cmp, Friction, Model, Node, NodeId};
+use crate::range;
+use crate::syntax::ast::{BodyPart, Expr, Name};
+use crate::units::Dim;
+use whippen_source::Span;
+
+/// A friction as it is written.
+#[derive(Debug, Clone, Copy)]
+pub struct Rubbed<'a> {
+    /// Its name.
+    pub name: &'a Name,
+    /// The name of the slip in its law.
+    pub slip: &'a Name,
+    /// The speed that the slip is relative to.
+    pub against: &'a Expr,
+    /// The force against the slip.
+    pub law: &'a Expr,
+    /// The line.
+    pub span: Span,
+}
+
+fn rubbed(part: &BodyPart) -> Option<Rubbed<'_>> {
+    let BodyPart::Friction {
+        name,
+        slip,
+        against,
+        law,
+        span,
+    } = part
+    else {
+        return None;
+    };
+    Some(Rubbed {
+        name,
+        slip,
+        against,
+        law,
+        span: *span,
+    })
+}
+
+impl<'a> Elaborator<'a, '_> {
+    /// Enters the friction of a body. A second one is known, but broken.
+    pub fn declare_frictions(
+        &mut self,
+        scope: ScopeId,
+        body: &Name,
+        index: Option<usize>,
+        parts: &'a [BodyPart],
+    ) {
+        let mut first: Option<Span> = None;
+        for rubbed in parts.iter().filter_map(rubbed) {
+            if let Some(first) = first {
+                self.repeated_part(&body.node, "friction", rubbed.span, first);
+            }
+            match (index, first.replace(first.unwrap_or(rubbed.span))) {
+                (Some(index), None) => self.declare_friction(scope, index, rubbed),
+                _ => self.enter(scope, rubbed.name, Thing::Broken),
+            }
+        }
+    }
+
+    fn declare_friction(&mut self, scope: ScopeId, index: usize, rubbed: Rubbed<'a>) {
+        let Rubbed { name, slip, .. } = rubbed;
+        let full = self.scopes[scope.0].full(&name.node);
+        let trial = self.new_slot(
+            format!("{full}({})", slip.node),
+            slip.span,
+            Source::Trial(scope, index, rubbed),
+        );
+        let laws = &mut self.scopes[scope.0].laws;
+        laws.push((rubbed.law.span, slip, trial));
+        let source = Source::Friction(scope, index, rubbed);
+        let force = self.new_slot(full, name.span, source);
+        self.bodies[index].friction = Some(force);
+        self.enter(scope, name, Thing::Friction(force, index));
+    }
+
+    /// The slip that is tried, where a name in the law of a friction means that.
+    pub fn tried(&self, scope: ScopeId, name: &str, span: Span) -> Option<SlotId> {
+        let inside =
+            |law: Span| law.file == span.file && law.start <= span.start && span.end <= law.end;
+        let laws = self.scopes[scope.0].laws.iter();
+        laws.rev()
+            .find(|(law, slip, _)| slip.node == name && inside(*law))
+            .map(|(.., trial)| *trial)
+    }
+
+    /// Its friction, with the names for it in traces.
+    pub fn frictions(&mut self, scope: ScopeId, index: usize, parts: &'a [BodyPart]) {
+        let Some(force) = self.bodies[index].friction else {
+            return;
+        };
+        let value = self.slot(force);
+        let slip = self.bodies[index].slip;
+        let exported = !self.scopes[scope.0].in_std();
+        if let Some(rubbed) = parts.iter().find_map(rubbed).filter(|_| exported) {
+            self.export(scope, rubbed.name, value);
+            let name = Name {
+                node: format!("{}.slip", rubbed.name.node),
+                span: rubbed.name.span,
+            };
+            self.export(scope, &name, slip);
+        }
+    }
+
+    /// `f.slip`
+    pub fn slip(&mut self, force: SlotId, body: usize, field: &Name) -> Option<Value> {
+        self.slot(force)?;
+        if field.node == "slip" {
+            return self.bodies[body].slip;
+        }
+        let message = format!("a friction has no result `{}`", field.node);
+        let diagnostic = Diagnostic::new(Code::NoResults, field.span, message, "not known of it");
+        self.report(
+            diagnostic.hint("its name is its force, and `.slip` the speed it acts against"),
+        );
+        None
+    }
+
+    /// The slip that is tried: between 0 and what it would be without the friction.
+    pub fn trial(&mut self, scope: ScopeId, index: usize, rubbed: Rubbed<'a>) -> Option<Value> {
+        self.check_name_of_slip(scope, rubbed.slip);
+        let acceleration = self.slot(self.bodies[index].acceleration)?.node;
+        let body = self.model.bodies[index].clone();
+        let dim = self.model.cells[body.rate].dim;
+        let against = self.expr(scope, rubbed.against)?;
+        let against = self.expect(against, rubbed.against, Ty::Real(dim), || {
+            "what follows `against`".to_string()
+        })?;
+        let outer = self.here.replace(scope);
+        let tick = self.model.dag.constant(1.0 / f64::from(self.model.rate_hz));
+        let rate = self.model.dag.add(Node::Cell(body.rate));
+        let change = self.model.dag.add_folded(Node::Mul(tick, acceleration));
+        let new_rate = self.model.dag.add_folded(Node::Add(rate, change));
+        let free = self.model.dag.add_folded(Node::Sub(new_rate, against));
+        let last = format!("{}.last", self.scopes[scope.0].full(&rubbed.name.node));
+        let (last, _) = self.new_cell(last, CellKind::Slip, dim, rubbed.name.span);
+        let trial = self.node(Node::Trial(last, free), rubbed.slip.span);
+        self.here = outer;
+        Some(Value::real(trial, dim))
+    }
+
+    fn check_name_of_slip(&mut self, scope: ScopeId, slip: &Name) {
+        let known = self.scopes[scope.0].values.get(slip.node.as_str());
+        match known.map(|entry| (entry.span, entry.thing.words())) {
+            Some((first, words)) => {
+                let label = format!("already the name of {words}");
+                self.duplicate("value", slip, first, label);
+            }
+            None if builtin::constant(&slip.node).is_some() => {
+                let message = format!("`{}` is built in", slip.node);
+                let label = "this name is taken";
+                self.report(
+                    Diagnostic::new(Code::DuplicateName, slip.span, message, label)
+                        .hint("choose another name"),
+                );
+            }
+            None => {}
+        }
+    }
+
+    /// The force of a friction, from the slip at which it is in balance.
+    pub fn friction(&mut self, scope: ScopeId, index: usize, rubbed: Rubbed<'a>) -> Option<Value> {
+        let laws = self.scopes[scope.0].laws.iter();
+        let own = laws.clone().find(|(law, ..)| *law == rubbed.law.span);
+        let trial = self.slot(own.map(|(.., slot)| *slot)?)?;
+        let Node::Trial(last, free) = *self.model.dag.get(trial.node) else {
+            return None;
+        };
+        let turns = trial.ty == Ty::Real(Dim::PER_TIME);
+        let law = self.expr(scope, rubbed.law)?;
+        let force = motion(turns);
+        let law = self.expect(law, rubbed.law, Ty::Real(force.torque_dim), || {
+            format!("the {} of `{}`", force.torque, rubbed.name.node)
+        })?;
+        let outer = self.here.replace(scope);
+        let slope = slope(&mut self.model.dag, trial.node, law);
+        self.mark(rubbed.law.span);
+        let balanced = match slope {
+            Ok(slope) => Some(self.balanced(index, rubbed, (last, free, trial.node), [law, slope])),
+            Err(errors) => {
+                errors
+                    .iter()
+                    .for_each(|error| self.report_no_slope(error, rubbed));
+                None
+            }
+        };
+        self.here = outer;
+        let (slip, force_node) = balanced??;
+        self.bodies[index].slip = Some(Value {
+            node: slip,
+            ty: trial.ty,
+        });
+        Some(Value::real(force_node, force.torque_dim))
+    }
+
+    /// The slip and the force, and what the friction does to its body.
+    fn balanced(
+        &mut self,
+        index: usize,
+        rubbed: Rubbed<'a>,
+        (last, free, trial): (crate::model::CellId, NodeId, NodeId),
+        [law, slope]: [NodeId; 2],
+    ) -> Option<(NodeId, NodeId)> {
+        let span = rubbed.span;
+        let inertia = self.bodies[index].inertia?;
+        let rate_hz = f64::from(self.model.rate_hz);
+        let dag = &mut self.model.dag;
+        let (tick, per_tick) = (dag.constant(1.0 / rate_hz), dag.constant(rate_hz));
+        let gain = dag.add_folded(Node::Div(tick, inertia));
+        let before = dag.add(Node::Cell(last));
+        let slip = dag.add(Node::Slip(Balance {
+            free,
+            gain,
+            trial,
+            law,
+            slope,
+            last: before,
+        }));
+        // As the slip, what is taken lies between 0 and the slip without the friction. It is held
+        // there, so that roundings cannot give it the other sign.
+        let zero = dag.constant(0.0);
+        let (low, high) = (
+            dag.add(Node::Min(free, zero)),
+            dag.add(Node::Max(free, zero)),
+        );
+        let taken = dag.add(Node::Sub(free, slip));
+        let taken = dag.add(Node::Max(taken, low));
+        let taken = dag.add(Node::Min(taken, high));
+        let change = dag.add_folded(Node::Mul(inertia, per_tick));
+        let force = dag.add_folded(Node::Mul(taken, change));
+        // A friction that gave no force forgets its slip.
+        let forward = dag.add(Node::Compare(Cmp::Gt, taken, zero));
+        let backward = dag.add(Node::Compare(Cmp::Lt, taken, zero));
+        let rubs = dag.add(Node::Or(forward, backward));
+        let kept = dag.add(Node::Select(rubs, slip, zero));
+        self.mark(span);
+        self.model.nexts.push((last, kept));
+        self.next_spans.push(rubbed.name.span);
+        let name = self.slots[self.bodies[index].friction?.0].name.clone();
+        self.model.bodies[index].friction = Some(Friction {
+            name,
+            taken,
+            last,
+            span,
+        });
+        Some((slip, force))
+    }
+
+    fn report_no_slope(&mut self, error: &NoPrime, rubbed: Rubbed) {
+        let name = &rubbed.name.node;
+        let slip = &rubbed.slip.node;
+        let place = self.model.spans.get(error.node).copied().flatten();
+        let message = format!(
+            "the law of `{name}` has no derivative: this choice asks for the slip `{slip}`, so it may jump"
+        );
+        let hint = format!(
+            "a force that turns round with the slip is `tanh({slip} / (1 mm/s))`: steep, but not a jump; \
+             `min`, `max` and `clamp` have a derivative too"
+        );
+        let span = place.unwrap_or(rubbed.law.span);
+        let mut found = Diagnostic::new(Code::FrictionSlope, span, message, "the choice");
+        if span != rubbed.law.span {
+            found = found.also(rubbed.law.span, "the law");
+        }
+        self.report(found.hint(hint));
+    }
+}
+
+/// Gives the memories of frictions the ranges of their slips, once everything is known. Where a
+/// value has no range there is a message of it later.
+pub fn remember_slips(model: &mut Model) {
+    if model.bodies.iter().all(|body| body.friction.is_none()) {
+        return;
+    }
+    let Ok(ranges) = range::analyze(model) else {
+        return;
+    };
+    for (cell, value) in &model.nexts {
+        if model.cells[cell].kind == CellKind::Slip {
+            model.cells[cell].range = ranges.get(*value);
+        }
+    }
+}
