@@ -1,6 +1,7 @@
 //! An object in the memory of an emulated core, run tick by tick.
 
-use whippen_compiler::board::AccessTime;
+use whippen_compiler::board::{AccessTime, timing};
+use whippen_compiler::budget::{Program, tick_without_waiting};
 use whippen_compiler::image::{
     Board as LinkBoard, Image, Input, Memory, MemoryKind, Placement, Start, link,
 };
@@ -34,6 +35,7 @@ pub struct Target {
     image: Image,
     kernel: Kernel,
     keys: u32,
+    arch: Arch,
     /// Cycles of the last tick.
     pub cycles: u64,
 }
@@ -87,8 +89,17 @@ impl Target {
             image,
             kernel: modes.kernel.clone(),
             keys,
+            arch: core.arch(),
             cycles: 0,
         }
+    }
+
+    /// Cycles of a tick at most, by the static bound of the very bytes that run.
+    pub fn cycles_max(&self) -> u64 {
+        let core = timing(self.arch).at_worst();
+        let tick = tick_without_waiting(&Program::of(&self.image), "k", &core)
+            .unwrap_or_else(|error| panic!("{}: {error}", self.kernel.name));
+        tick.cycles_max(self.keys)
     }
 
     fn write(&mut self, at: u32, bytes: &[u8]) {

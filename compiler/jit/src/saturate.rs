@@ -5,21 +5,31 @@ use cranelift_codegen::ir::types::I32;
 use cranelift_codegen::ir::{InstBuilder, Value};
 use cranelift_frontend::FunctionBuilder;
 
-/// `sat(a + b)`: a sum that overflowed has another sign than both.
+/// `sat(a + b)`: `b` is held where the sum fits, between `MIN - min(a, 0)` and `MAX - max(a, 0)`.
 pub(super) fn add(f: &mut FunctionBuilder, a: Value, b: Value) -> Value {
-    let sum = f.ins().iadd(a, b);
-    let differ = [a, b].map(|operand| f.ins().bxor(sum, operand));
-    let over = f.ins().band(differ[0], differ[1]);
-    nearest(f, sum, over)
+    let (low, high) = around(f, a, 0);
+    let [lowest, highest] = [i32::MIN, i32::MAX].map(|end| constant(f, a, end));
+    let (least, most) = (f.ins().isub(lowest, low), f.ins().isub(highest, high));
+    let held = f.ins().smax(b, least);
+    let held = f.ins().smin(held, most);
+    f.ins().iadd(a, held)
 }
 
-/// `sat(a - b)`: where it overflowed, the first has another sign than the second and than the
-/// difference.
+/// `sat(a - b)`: `b` is held where the difference fits, between `max(a, -1) - MAX` and `min(a, -1)
+/// - MIN`.
 pub(super) fn sub(f: &mut FunctionBuilder, a: Value, b: Value) -> Value {
-    let difference = f.ins().isub(a, b);
-    let differ = [b, difference].map(|operand| f.ins().bxor(a, operand));
-    let over = f.ins().band(differ[0], differ[1]);
-    nearest(f, difference, over)
+    let (low, high) = around(f, a, -1);
+    let [lowest, highest] = [i32::MIN, i32::MAX].map(|end| constant(f, a, end));
+    let (least, most) = (f.ins().isub(high, highest), f.ins().isub(low, lowest));
+    let held = f.ins().smax(b, least);
+    let held = f.ins().smin(held, most);
+    f.ins().isub(a, held)
+}
+
+/// The smaller and the larger of a word and a number.
+fn around(f: &mut FunctionBuilder, a: Value, number: i32) -> (Value, Value) {
+    let number = constant(f, a, number);
+    (f.ins().smin(a, number), f.ins().smax(a, number))
 }
 
 /// A word, or words that are all the same, like this one.
@@ -31,13 +41,4 @@ pub(super) fn constant(f: &mut FunctionBuilder, like: Value, number: i32) -> Val
     } else {
         f.ins().splat(ty, word)
     }
-}
-
-/// The result, or, where the sign of `over` is set, the end of the type on its other side.
-fn nearest(f: &mut FunctionBuilder, result: Value, over: Value) -> Value {
-    let over = f.ins().sshr_imm_s(over, 31);
-    let sign = f.ins().sshr_imm_s(result, 31);
-    let lowest = constant(f, result, i32::MIN);
-    let end = f.ins().bxor(sign, lowest);
-    f.ins().bitselect(over, end, result)
 }

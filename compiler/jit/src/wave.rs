@@ -6,7 +6,10 @@
 //!            ^ is stored                registers, so every word is loaded once, before it is stored
 //! ```
 //!
-//! The last two points are written out, since there the string ends.
+//! The last two points are written out, since there the string ends. A key alone whose points lie
+//! side by side is ticked in vectors over points (`vectors`).
+
+mod vectors;
 
 use super::loop_context::Access;
 use super::saturate;
@@ -80,6 +83,9 @@ impl Window {
 impl<'a> Points<'_, 'a> {
     /// One tick of all points.
     pub fn tick(mut self) {
+        if self.ty == I32 && vectors::suits(self.count, self.step) {
+            return self.tick_in_vectors();
+        }
         let [u, v] = self.start;
         let zero = saturate::constant(self.f, self.k[0], 0);
         let (first, second, rate) = (self.load(u, 0), self.load(u, 1), self.load(v, 0));
@@ -148,10 +154,7 @@ impl<'a> Points<'_, 'a> {
             None => self.minus(e_after, e),
         };
         let (bends, rates) = (self.plus(w[0], w_after), self.plus(v[0], ahead.v));
-        let tops = [(0, w[1]), (1, bends), (2, rates), (3, v[1])].map(|(k, x)| self.top(k, x));
-        let [a, b, c, d] = tops;
-        let (left, right) = (self.ins().iadd(a, b), self.ins().iadd(c, d));
-        let a = self.ins().iadd(left, right);
+        let a = self.sum_of_tops([w[1], bends, rates, v[1]]);
         let rate = self.plus(v[1], a);
         let twice = self.ins().iadd(rate, rate);
         let place = self.ins().iadd(u[0], twice);
@@ -194,42 +197,64 @@ impl<'a> Points<'_, 'a> {
         saturate::sub(self.f, a, b)
     }
 
-    /// `floor(k x / 2^32 + 1/2)`
-    fn top(&mut self, k: usize, x: Value) -> Value {
-        let k = self.k[k];
+    /// The sum of the upper words of the products with all coefficients, each rounded half up.
+    fn sum_of_tops(&mut self, of: [Value; 4]) -> Value {
         if self.ty == I32 {
-            let [k, x] = [k, x].map(|word| self.ins().sextend(I64, word));
-            let product = self.ins().imul(k, x);
-            let sum = self.ins().iadd_imm_s(product, 1 << 31);
-            let top = self.ins().sshr_imm_s(sum, 32);
-            return self.ins().ireduce(I32, top);
+            let tops = [0, 1, 2, 3].map(|k| {
+                let [k, x] = [self.k[k], of[k]].map(|word| self.ins().sextend(I64, word));
+                let product = self.ins().imul(k, x);
+                let sum = self.ins().iadd_imm_s(product, 1 << 31);
+                self.ins().sshr_imm_s(sum, 32)
+            });
+            let [first, rest @ ..] = tops;
+            let sum = rest
+                .into_iter()
+                .fold(first, |sum, top| self.ins().iadd(sum, top));
+            return self.ins().ireduce(I32, sum);
         }
         let half = self.ins().iconst(I64, 1 << 31);
         let half = self.ins().splat(I64X2, half);
-        let low = [k, x].map(|words| self.ins().swiden_low(words));
-        let high = [k, x].map(|words| self.ins().swiden_high(words));
-        let [low, high] = [low, high].map(|[k, x]| {
-            let product = self.ins().imul(k, x);
-            self.ins().iadd(product, half)
-        });
-        self.upper_words(low, high)
+        // Words are added to words, so nothing is carried into the upper ones.
+        let [mut low, mut high] = [None; 2];
+        for (k, x) in self.k.into_iter().zip(of) {
+            let lows = [k, x].map(|words| self.ins().swiden_low(words));
+            let highs = [k, x].map(|words| self.ins().swiden_high(words));
+            for (sum, [k, x]) in [(&mut low, lows), (&mut high, highs)] {
+                let product = self.ins().imul(k, x);
+                let rounded = self.ins().iadd(product, half);
+                let words = self.as_words(rounded);
+                *sum = Some(sum.map_or(words, |sum| self.ins().iadd(sum, words)));
+            }
+        }
+        match (low, high) {
+            (Some(low), Some(high)) => self.words_of(low, high, [1, 3, 5, 7]),
+            _ => half,
+        }
     }
 
-    /// The upper words of two pairs of 64 bits.
-    fn upper_words(&mut self, low: Value, high: Value) -> Value {
+    /// Words out of two vectors, by place: 0 to 3 in the first, 4 to 7 in the second.
+    fn words_of(&mut self, a: Value, b: Value, places: [u8; 4]) -> Value {
         let flags = MemFlagsData::new().with_endianness(Endianness::Little);
-        let [low, high] = [low, high].map(|pair| self.ins().bitcast(I8X16, flags, pair));
-        let places: Vec<u8> = [1, 3, 5, 7]
+        let [a, b] = [a, b].map(|words| self.ins().bitcast(I8X16, flags, words));
+        let places: Vec<u8> = places
             .into_iter()
             .flat_map(|place| (0..4).map(move |byte| 4 * place + byte))
             .collect();
         let places = ir::immediates::V128Imm::from(&places[..]);
         let places = self.f.func.dfg.immediates.push(places.into());
-        let shuffled = self.ins().shuffle(low, high, places);
-        self.ins().bitcast(I32X4, flags, shuffled)
+        let shuffled = self.ins().shuffle(a, b, places);
+        self.as_words(shuffled)
+    }
+
+    fn as_words(&mut self, vector: Value) -> Value {
+        let flags = MemFlagsData::new().with_endianness(Endianness::Little);
+        self.ins().bitcast(I32X4, flags, vector)
     }
 
     fn ins(&mut self) -> FuncInstBuilder<'_, 'a> {
         self.f.ins()
     }
 }
+
+#[cfg(test)]
+mod tests;

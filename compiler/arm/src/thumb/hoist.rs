@@ -209,7 +209,9 @@ pub(super) fn rename_result(
             break;
         }
         let (uses, defs) = inst.register_bits();
-        if inst.inserted || inst.tied.is_some() || (uses | defs) & to != 0 {
+        let is_called_with = inst.convention().is_some() && uses & from != 0;
+        let is_bound = inst.inserted || inst.tied.is_some() || is_called_with;
+        if is_bound || (uses | defs) & to != 0 {
             return None;
         }
         let uses: Vec<Use<PReg>> = inst.uses().filter(|u| u.operand.reg == old).collect();

@@ -1,10 +1,10 @@
 //! Runtime routines: what is called. ARMv6-M has no instruction for some operators
-//! (`v6m/routines.s`); a string's tick is a routine of its own on every core (`wave`).
+//! (`v6m/routines.s`, `v6m/saturate.s`); a string's tick is a routine of its own on every core
+//! (`wave`).
 
 use super::minst::Role;
 
-/// The routines that code calls, by their names in `routines.s`: factors or the like in R0 and R1,
-/// the result in R0.
+/// The routines that code calls: factors or the like in R0 and R1, the result in R0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Routine {
     /// The top word of a product, rounded half up.
@@ -24,17 +24,7 @@ pub(super) enum Routine {
 }
 
 impl Routine {
-    pub(super) const ALL: [Routine; 7] = [
-        Routine::MulTop,
-        Routine::MulHigh,
-        Routine::UmulHigh,
-        Routine::Divide,
-        Routine::LeadingZeros,
-        Routine::AddSat,
-        Routine::SubSat,
-    ];
-
-    /// Its name in `routines.s`.
+    /// Its name in its text.
     pub(super) fn name(self) -> &'static str {
         match self {
             Routine::MulTop => "mul_top",

@@ -262,9 +262,16 @@ impl<R: Register> ValueNumbers<R> {
 
 /// Whether registers of the core stand in the encoding as among the operands, all of them.
 fn check_encoding<R: Register>(code: &MInst<R>) -> Result<(), String> {
-    if code.convention().is_some() {
+    if let Some(convention) = code.convention() {
         // A call has its registers by convention, and names none.
-        return Ok(());
+        let read = code.uses().filter(|u| u.reads).map(|u| u.operand.reg);
+        let mut numbers = read.map(Register::number).zip(0..);
+        let is_so = numbers.all(|(number, at)| number.is_none_or(|number| number == at));
+        let count = code.uses().filter(|u| u.reads).count();
+        return match is_so && count == convention.reads.len() {
+            true => Ok(()),
+            false => Err("a call has other operands than those of its convention".to_string()),
+        };
     }
     let mut inst = code.inst;
     let mut reads = 0;

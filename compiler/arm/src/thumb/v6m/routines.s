@@ -122,25 +122,3 @@ leading_zeros:
         adds    r1, #1
 2:      mov     r0, r1
         bx      lr
-
-@ A sum, or the word nearest to it: where it overflowed, its sign is the other one.
-        .type   add_sat, %function
-add_sat:
-        adds    r0, r0, r1
-        bvc     1f
-        asrs    r0, r0, #31
-        movs    r1, #1
-        lsls    r1, r1, #31
-        eors    r0, r1
-1:      bx      lr
-
-@ A difference alike.
-        .type   sub_sat, %function
-sub_sat:
-        subs    r0, r0, r1
-        bvc     1f
-        asrs    r0, r0, #31
-        movs    r1, #1
-        lsls    r1, r1, #31
-        eors    r0, r1
-1:      bx      lr

@@ -1,0 +1,56 @@
+//! Strings of every length near the width of vectors, and long ones, against the interpreter.
+
+use crate::{JitCode, Options};
+use whippen_kernel::random::{Draw, Rng};
+use whippen_kernel::{Builder, Interp, Kernel, Op, Type};
+
+/// A string with such coefficients and ends, and its tick.
+fn string(count: u32, k: [i64; 4], ends: [i64; 2]) -> Kernel {
+    let mut b = Builder::new("string", 44_100);
+    let all = Type::I32.range();
+    let [u, v] = ["u", "v"].map(|name| b.grid(name, Type::I32, count, all, 0));
+    b.begin_tick();
+    let args = k.iter().chain(&ends);
+    let args: Vec<_> = args
+        .map(|word| b.constant(Type::I32, *word).expect("a word"))
+        .collect();
+    b.effect(Op::Wave(u, v), &args).expect("a string");
+    b.finish()
+}
+
+fn compare(rng: &mut Rng, count: u32, keys: usize, sizes: u64) {
+    let mut size = || (rng.next() >> sizes) as i64;
+    let k = [size(), -size(), size(), -size()];
+    let ends = [rng.pick(&[0, 2]), rng.pick(&[0, 2])];
+    let kernel = string(count, k, ends);
+    let mut interp = Interp::new(&kernel, keys).expect("verifies");
+    let mut code = JitCode::build(&kernel, keys, Options { probes: false }).expect("compiles");
+    interp.init(&[]);
+    code.init(&[]);
+    for (key, cell) in (0..keys).flat_map(|key| [(key, 0), (key, 1)]) {
+        for point in 0..count as usize {
+            let word = rng.interesting(Type::I32.range());
+            interp.set_cell(key, cell, point, word).expect("a word");
+            code.set_cell(key, cell, point, word).expect("a word");
+        }
+    }
+    for tick in 0..20 {
+        interp.tick(&[], &mut []);
+        code.tick(&[], &mut []);
+        let told = || format!("{count} points, {keys} keys, {k:?} {ends:?}, tick {tick}");
+        assert_eq!(interp.memory(), code.memory(), "{}", told());
+    }
+}
+
+#[test]
+fn strings_of_every_length() {
+    let mut rng = Rng::new(1);
+    for count in (5..40).chain([1022, 1023]) {
+        for keys in [1, 2, 4, 6] {
+            // Coefficients of all sizes, and stable ones.
+            for sizes in [33, 34, 36] {
+                compare(&mut rng, count, keys, sizes);
+            }
+        }
+    }
+}
