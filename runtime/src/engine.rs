@@ -220,6 +220,8 @@ fn ideal_value(c: &Compiled, ideal: &Ideal, key: usize, kind: ExportKind) -> f64
         ExportKind::Total(drive) => ideal.force_on(key, model.drives()[drive as usize]),
         ExportKind::Force(i) => ideal.value(key, model.forces[i as usize].value),
         ExportKind::Named(i) => ideal.value(key, model.named[i as usize].value),
+        ExportKind::Sound(i) => ideal.value(key, model.sounds[i as usize].value),
+        ExportKind::Channel(i) => ideal.value(key, model.channels[i as usize]),
         ExportKind::Cell(id) => ideal.before(key).cells[id],
         ExportKind::Machine(id) => f64::from(ideal.before(key).machines[id]),
     }

@@ -33,6 +33,7 @@ pub mod record;
 pub mod report;
 pub mod ringing;
 pub mod session;
+pub mod sound;
 pub mod stroke;
 pub mod titles;
 pub mod trace;

@@ -92,7 +92,7 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     };
     let wanted = args.key.map(|key| traced_key(&keyboard, key)).transpose()?;
     let outputs = setup.outputs;
-    if wanted.is_none() && (outputs.out.is_some() || !outputs.plot.is_empty()) {
+    if wanted.is_none() && (!outputs.out.is_empty() || !outputs.plot.is_empty()) {
         return Err(Failure::Usage(
             "--out and --plot show one key of a performance; name it, such as `--key C4`".into(),
         ));

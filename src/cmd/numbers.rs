@@ -98,7 +98,7 @@ pub struct Kept {
     pub over_time: OverTime,
 }
 
-/// The rows of all writes to memory, in the order of lowering.
+/// The rows of all writes to memory, in the order of lowering; then what is fed to delay lines.
 pub fn kept(compiled: &Compiled) -> Vec<Kept> {
     let mut rows: Vec<Kept> = Vec::new();
     for update in &compiled.lowered.updates {
@@ -113,6 +113,14 @@ pub fn kept(compiled: &Compiled) -> Vec<Kept> {
             }),
         }
     }
+    let model = &compiled.model;
+    let fed = compiled.lowered.fed.iter().map(|fed| Kept {
+        name: format!("feed {}", model.delays[fed.delay].name),
+        unit: model.delays[fed.delay].dim.unit(),
+        error: fed.error,
+        over_time: fed.over_time,
+    });
+    rows.extend(fed);
     rows
 }
 

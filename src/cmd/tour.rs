@@ -162,7 +162,7 @@ fn section(
 fn outputs(compiled: &Compiled) -> Outputs {
     let name = compiled.model.name.replace('_', "-");
     Outputs {
-        out: Some(at(&format!("{name}.csv"))),
+        out: vec![at(&format!("{name}.csv"))],
         every: 44,
         events: Some(at(&format!("{name}-events.csv"))),
         plot: vec![at(&format!("{name}.svg"))],

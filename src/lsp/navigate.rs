@@ -174,10 +174,12 @@ fn symbol_kind(kind: NameKind) -> SymbolKind {
         NameKind::MachineState => SymbolKind::ENUM_MEMBER,
         NameKind::Body => SymbolKind::OBJECT,
         NameKind::Event => SymbolKind::EVENT,
-        NameKind::Force | NameKind::Friction => SymbolKind::OPERATOR,
+        NameKind::Force | NameKind::Sound | NameKind::Friction => SymbolKind::OPERATOR,
         NameKind::Sense
         | NameKind::State
         | NameKind::Pulse
+        | NameKind::Noise
+        | NameKind::Delay
         | NameKind::Coordinate
         | NameKind::Slip => SymbolKind::FIELD,
         NameKind::Live | NameKind::Parameter | NameKind::Result => SymbolKind::PROPERTY,

@@ -92,7 +92,30 @@ pub const KEYWORDS: &[(&str, &str)] = &[
         "slew",
         "`slew speed`: the fastest the sensed value may move; what is faster is held back.",
     ),
-    ("lasting", "`lasting time`: how long a pulse is."),
+    (
+        "lasting",
+        "`lasting time`: how long a pulse is, or how far a delay line reaches back.",
+    ),
+    (
+        "glide",
+        "`glide time`: a live parameter moves towards what is set, at most over its whole range in this time.",
+    ),
+    (
+        "noise",
+        "`noise name`: white noise, -1 .. 1, another number in every tick.",
+    ),
+    (
+        "delay",
+        "`delay name: type in low .. high lasting time`: a delay line; `name(t)` is what was fed `t` ago.",
+    ),
+    (
+        "feed",
+        "`feed delay = value`: what goes into a delay line in every tick.",
+    ),
+    (
+        "sound",
+        "`sound label = value`: a term of the sound, -1 .. 1; behind the label `on left` or `on right`.",
+    ),
     ("at", "`fire pulse at value`: how strong."),
     (
         "angle",

@@ -58,12 +58,13 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 5] = [
+pub const PROGRAMS: [(&str, &str); 6] = [
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",
         include_str!("../programs/two-axis-spring.whip"),
     ),
+    ("sound.whip", include_str!("../programs/sound.whip")),
     ("pad.whip", include_str!("../programs/pad.whip")),
     (
         "dial-and-lever.whip",

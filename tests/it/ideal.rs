@@ -4,7 +4,7 @@
 use whippen_compiler::ideal::{Ideal, KeyState};
 use whippen_compiler::kernel::Interp;
 use whippen_compiler::lower::{Export, ExportKind, Update};
-use whippen_compiler::model::{Body, CellId, Model, Node, Pulse, RuleKind};
+use whippen_compiler::model::{Body, CellId, DelayId, Model, Node, Pulse, RuleKind};
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::{Comparison, compare};
 use whippen_runtime::device::Device;
@@ -95,6 +95,29 @@ fn kept(compiled: &Compiled, interp: &Interp, id: CellId) -> f64 {
         .value(integer.expect("every cell is in the kernel"))
 }
 
+/// Value of one unit of what is fed to a delay line (SI).
+fn fed_lsb(compiled: &Compiled, delay: DelayId) -> f64 {
+    let mut fed = compiled.lowered.fed.iter();
+    fed.find(|fed| fed.delay == delay).expect("is fed").lsb
+}
+
+/// What a delay line holds, the last that was fed first.
+fn line(compiled: &Compiled, interp: &Interp, delay: DelayId) -> Vec<f64> {
+    let kernel = &compiled.lowered.kernel;
+    let name = format!("{}.history", compiled.model.delays[delay].name);
+    let index = kernel.lines.iter().position(|line| line.name == name);
+    let index = index.expect("every delay has a line");
+    let memory = interp.memory();
+    let (place, lsb) = (memory.layout.lines[index], fed_lsb(compiled, delay));
+    let now = memory.rings[place.ring] as usize;
+    let slot = |ago: usize| place.start + (now + place.len - ago) % place.len;
+    let word = |ago: usize| match place.narrow {
+        true => i64::from(memory.narrow[slot(ago)]),
+        false => i64::from(memory.wide[slot(ago)]),
+    };
+    (1..=place.len).map(|ago| word(ago) as f64 * lsb).collect()
+}
+
 /// Memory of the interpreter as reals, before a tick.
 fn adopted(compiled: &Compiled, interp: &Interp, tick: usize) -> KeyState {
     let model = &compiled.model;
@@ -124,6 +147,19 @@ fn adopted(compiled: &Compiled, interp: &Interp, tick: usize) -> KeyState {
             .collect(),
         held: model.rules.iter().map(held).collect(),
         pulse_left: model.pulses.iter().map(left).collect(),
+        noises: model
+            .noises
+            .iter()
+            .map(|n| cell(&format!("{}.next", n.name)).unwrap_or(0) as u32)
+            .collect(),
+        tuned: model
+            .tuned
+            .enumerated()
+            .map(|(own, line)| {
+                let word = cell(&format!("{}.is{}", model.delays[*line].name, own.0));
+                word.unwrap_or(0) as f64 * fed_lsb(compiled, *line) / 16.0
+            })
+            .collect(),
     }
 }
 
@@ -152,6 +188,9 @@ pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (us
             interp.init(&inputs);
         }
         ideal.adopt(0, adopted(compiled, &interp, tick));
+        for delay in model.delays.ids() {
+            ideal.adopt_line(0, delay, line(compiled, &interp, delay));
+        }
         ideal.tick(&inputs);
         interp.tick(&inputs, &mut drive);
         if tied(model, &ideal) {
@@ -163,6 +202,8 @@ pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (us
                 ExportKind::Total(_) => ideal.force_n(0),
                 ExportKind::Force(i) => ideal.value(0, model.forces[i as usize].value),
                 ExportKind::Named(i) => ideal.value(0, model.named[i as usize].value),
+                ExportKind::Sound(i) => ideal.value(0, model.sounds[i as usize].value),
+                ExportKind::Channel(i) => ideal.value(0, model.channels[i as usize]),
                 ExportKind::Slope(s) => ideal.slope(0, s as usize),
                 ExportKind::Curvature(s) => ideal.curvature(0, s as usize),
                 ExportKind::Sense(_) | ExportKind::Cell(_) | ExportKind::Machine(_) => continue,
@@ -234,9 +275,12 @@ fn one_tick_of_the_recording_stays_within_the_proven_bound() {
     ticks_stay_within_the_proven_bound(some, 500_000);
 }
 
-/// Of every instrument, over at least so many values.
+/// Of every instrument of a key, over at least so many values.
 fn ticks_stay_within_the_proven_bound(positions_m: &[f64], compared_min: usize) {
-    for compiled in common::all() {
+    // A key has one port.
+    let mut all = common::all_and_programs();
+    all.retain(|compiled| compiled.model.senses.len() == 1);
+    for compiled in all {
         let words = common::words(positions_m);
         let (compared, ties) = one_tick_at_a_time(&compiled, &words, 0.0);
         println!(

@@ -37,6 +37,7 @@ mod readme;
 mod reference;
 mod report;
 mod rings;
+mod sound;
 mod stability;
 mod strokes;
 mod tables;

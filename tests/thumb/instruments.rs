@@ -29,6 +29,7 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
     // What no bundled instrument has.
     let others = [
         "functions.whip",
+        "sound.whip",
         "two-axis-spring.whip",
         "pad.whip",
         "dial-and-lever.whip",

@@ -78,10 +78,6 @@ const LONG_FUNCTIONS: &[(&str, &str)] = &[
         "compiler/modes/src/facts.rs: operands",
         "an arm for each operator",
     ),
-    (
-        "compiler/target_info/src/lib.rs: row",
-        "an arm for each operator",
-    ),
     ("src/lsp/server.rs: answer", "an arm for each request"),
 ];
 

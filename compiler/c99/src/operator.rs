@@ -75,6 +75,7 @@ impl Writer<'_> {
             Op::SetAt(cell) => format!("{} = {b}", self.cell_at(cell, a)),
             Op::Wave(u, v) => self.wave(inst, [u, v]),
             Op::Delay(line, ticks) => self.element(line, &self.slot(line, ticks)),
+            Op::DelayAt(line) => self.element_at(line, a),
             Op::Push(line) => self.pushed(line, a),
             Op::Fill(line) => self.filled(line, a),
             Op::Lookup(table, column) => self.lookup(table, column, a),
@@ -182,6 +183,15 @@ impl Writer<'_> {
     /// An element of a line of this key.
     fn element(&self, line: u32, slot: &str) -> String {
         self.of_key(&self.names.lines[line as usize], &format!("[{slot}]"))
+    }
+
+    /// The element of a line that was pushed one tick more than that ago.
+    fn element_at(&self, line: u32, before: &str) -> String {
+        let len = self.kernel.lines[line as usize].len;
+        let before = format!("(uint32_t)({})", self.inside(before, len as usize));
+        let now = self.slot(line, 0);
+        let around = format!("{now} > {before} ? 0 : {len}");
+        self.element(line, &format!("{now} + ({around}) - 1 - {before}"))
     }
 
     /// Writes a value to every slot of a line.

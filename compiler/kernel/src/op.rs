@@ -340,6 +340,8 @@ operators! {
     Wave(u: u32 Cell, v: u32 Cell) "wave" (Plus Minus Plus Minus End End ->) Writes None Writes(|k, [u, v], a| k.wave(u, v, a));
     /// What was pushed onto a line so many ticks ago; stands before the line's push.
     Delay(i: u32 Line, n: u32 Ticks) "delay"  (-> Own)       Reads        Declared Reads(|k, [i, n], _| k.delay(i, n));
+    /// What was pushed onto a line one tick more than the operand ago; stands before the line's push.
+    DelayAt(i: u32 Line) "delay_at" (Index -> Own) Reads       Declared Reads(|k, [i, _], v| k.delay_at(i, v[0]));
     /// Pushes onto a line.
     Push(i: u32 Line)    "push"   (Own ->)       WritesOnce   None     Writes(|k, [i, _], v| k.push(i, v[0]));
     /// Fills a whole line.

@@ -93,7 +93,7 @@ impl Generator {
         match op.row().effect {
             Effect::Pure | Effect::PerTick | Effect::PerKey => true,
             Effect::Reads | Effect::Writes => match op {
-                Op::Delay(line, _) => !self.done.contains(&Op::Push(line)),
+                Op::Delay(line, _) | Op::DelayAt(line) => !self.done.contains(&Op::Push(line)),
                 _ => true,
             },
             Effect::WritesInTick => self.tick,

@@ -53,11 +53,11 @@ impl Region {
     }
 
     /// The slots of delay lines that the region reads or writes: line, and how many ticks ago (0
-    /// for what is pushed).
+    /// for what is pushed, and where reads at an operand are counted from).
     pub fn line_slots(&self) -> BTreeSet<(u32, u32)> {
         let slot = |inst: &Inst| match inst.op {
             Op::Delay(line, ticks) => Some((line, ticks)),
-            Op::Push(line) => Some((line, 0)),
+            Op::DelayAt(line) | Op::Push(line) => Some((line, 0)),
             _ => None,
         };
         self.all_insts().filter_map(slot).collect()

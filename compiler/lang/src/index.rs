@@ -34,6 +34,10 @@ pub enum NameKind {
     State,
     /// A pulse.
     Pulse,
+    /// Noise.
+    Noise,
+    /// A delay line.
+    Delay,
     /// The coordinate of a body.
     Coordinate,
     /// The force of a friction.
@@ -54,6 +58,8 @@ pub enum NameKind {
     Event,
     /// The label of a force term.
     Force,
+    /// The label of a term of the sound.
+    Sound,
 }
 
 impl NameKind {
@@ -62,7 +68,18 @@ impl NameKind {
         use NameKind::*;
         matches!(
             self,
-            Sense | Param | Live | Let | State | Pulse | Coordinate | Friction | Parameter | Result
+            Sense
+                | Param
+                | Live
+                | Let
+                | State
+                | Pulse
+                | Noise
+                | Delay
+                | Coordinate
+                | Friction
+                | Parameter
+                | Result
         )
     }
 
@@ -79,6 +96,8 @@ impl NameKind {
             NameKind::Let => "value",
             NameKind::State => "remembered value",
             NameKind::Pulse => "pulse",
+            NameKind::Noise => "noise",
+            NameKind::Delay => "delay line",
             NameKind::Coordinate => "coordinate",
             NameKind::Friction => "friction",
             NameKind::Slip => "slip of a friction",
@@ -89,6 +108,7 @@ impl NameKind {
             NameKind::Body => "body",
             NameKind::Event => "event",
             NameKind::Force => "force term",
+            NameKind::Sound => "sound",
         }
     }
 }

@@ -44,7 +44,8 @@ fn silent(model: &Model) -> Option<Diagnostic> {
     let name = &model.name;
     let could_feel = model.is_of_key();
     let message = format!("the instrument `{name}` has no `force`: the player feels nothing of it");
-    (model.forces.is_empty() && could_feel).then(|| {
+    let is_silent = model.forces.is_empty() && model.sounds.is_empty();
+    (is_silent && could_feel).then(|| {
         Diagnostic::new(Code::NoForce, model.span, message, "nothing to feel")
             .hint("add a line such as `force spring = 75 N/m * x`")
     })

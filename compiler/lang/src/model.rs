@@ -17,10 +17,12 @@ pub mod fold;
 mod function;
 pub mod prime;
 pub mod print;
+mod sound;
 pub mod sweep;
 
 pub use dag::{Balance, Cmp, Dag, Node, NodeId};
 pub use function::Function;
+pub use sound::{Delay, DelayId, Noise, NoiseId, Side, Sound, TunedId};
 
 use crate::units::Dim;
 use whippen_ids::{IdMap, impl_id};
@@ -87,6 +89,12 @@ pub struct Model {
     pub bodies: Vec<Body>,
     /// Pulses.
     pub pulses: IdMap<PulseId, Pulse>,
+    /// Noises.
+    pub noises: IdMap<NoiseId, Noise>,
+    /// Delay lines.
+    pub delays: IdMap<DelayId, Delay>,
+    /// Uses of `tuned`, each with memory of its own: the delay line.
+    pub tuned: IdMap<TunedId, DelayId>,
     /// `next` values: cell and its value in the next tick.
     pub nexts: Vec<(CellId, NodeId)>,
     /// Transitions and events, in the order of the text.
@@ -95,6 +103,10 @@ pub struct Model {
     pub emissions: IdMap<EmissionId, Emission>,
     /// Force terms, in the order of the text.
     pub forces: Vec<Force>,
+    /// Terms of the sound, in the order of the text.
+    pub sounds: Vec<Sound>,
+    /// What is heard, -1 .. 1: nothing, one channel, or left and right.
+    pub channels: Vec<NodeId>,
     /// Every `let` and every result of a term (`jack.resistance`), in the order of the text:
     /// exported to traces.
     pub named: Vec<Named>,
@@ -194,6 +206,8 @@ pub enum CellKind {
     Slip,
     /// Present level of a pulse; 0 while it does not run.
     Pulse,
+    /// Where a live parameter that glides has come to.
+    Glide,
 }
 
 /// One remembered real.

@@ -13,7 +13,7 @@ mod problem;
 use std::collections::HashMap;
 
 use crate::diag::Diagnostic;
-use crate::model::{Balance, Cmp, Function, Interval, Model, Node, NodeId};
+use crate::model::{Balance, Cmp, Delay, Function, Interval, Model, Node, NodeId};
 use whippen_ids::IdMap;
 
 /// What was proven: an interval per node. Only the analysis makes one.
@@ -139,6 +139,8 @@ pub enum Problem {
     NegativeBase(Interval),
     /// A function of what may lie outside of its domain.
     OutsideDomain(Function, Interval),
+    /// A time that a delay line may not hold, in ticks, and the least and most that it may be.
+    OutsideDelay(Interval, Interval),
     /// A friction whose law pushes at slips in the first interval: it lies in the second.
     Pushes(Interval, Interval),
     /// Beyond [`LIMIT`].
@@ -163,11 +165,11 @@ pub fn transfer(
         Node::Live(l) | Node::LiveBool(l) => model.lives[*l as usize].range,
         Node::Keyed(k) => model.keyed[*k as usize].range,
         Node::Cell(c) => model.cells[c].range,
+        Node::Noise(_) => Interval::around(1.0),
+        &Node::Tap(d, t) => within_line(&model.delays[d], of(t), 1.0)?,
+        &Node::Tuned(d, t, _) => tuned(&model.delays[d], of(t))?,
         Node::Is(m, _) if model.machines[m].states.len() == 1 => Interval::point(1.0),
-        Node::Is(..) => Interval {
-            low: 0.0,
-            high: 1.0,
-        },
+        Node::Is(..) => EITHER,
         Node::Linear(c0, terms) => terms.iter().fold(Interval::point(c0.0), |sum, (c, x)| {
             sum + of(*x) * Interval::point(c.0)
         }),
@@ -196,17 +198,46 @@ pub fn transfer(
             low: 1.0 - of(a).high,
             high: 1.0 - of(a).low,
         },
-        &Node::Select(c, a, b) | &Node::SelectBool(c, a, b) => match (of(c).low, of(c).high) {
-            (1.0, _) => of(a),
-            (_, 0.0) => of(b),
-            _ => of(a).union(of(b)),
-        },
+        &Node::Select(c, a, b) | &Node::SelectBool(c, a, b) => chosen(of(c), of(a), of(b)),
     };
     if value.magnitude() <= LIMIT {
         Ok(value)
     } else {
         Err(Problem::Unbounded)
     }
+}
+
+/// A bool that is not known.
+const EITHER: Interval = Interval {
+    low: 0.0,
+    high: 1.0,
+};
+
+/// What an allpass gives.
+fn tuned(delay: &Delay, ticks: Interval) -> Result<Interval, Problem> {
+    within_line(delay, ticks, Delay::TUNED_TICKS_MIN)?;
+    Ok(Interval::around(delay.tuned_reach()))
+}
+
+/// Of what a choice may give.
+fn chosen(condition: Interval, a: Interval, b: Interval) -> Interval {
+    match (condition.low, condition.high) {
+        (1.0, _) => a,
+        (_, 0.0) => b,
+        _ => a.union(b),
+    }
+}
+
+/// What a delay line gives, if it holds all of these times (ticks).
+fn within_line(delay: &Delay, ticks: Interval, least: f64) -> Result<Interval, Problem> {
+    // Times are rounded on their way to ticks.
+    const SLACK: f64 = 1e-9;
+    let (low, high) = (least, f64::from(delay.ticks));
+    if ticks.low < low - SLACK || ticks.high > high + SLACK {
+        return Err(Problem::OutsideDelay(ticks, Interval { low, high }));
+    }
+    // Nothing was fed before the first tick.
+    Ok(delay.range.union(Interval::point(0.0)))
 }
 
 fn power(a: Interval, halves: u8) -> Result<Interval, Problem> {

@@ -114,7 +114,7 @@ impl Lowerer<'_> {
     }
 
     /// A cell of the kernel at the tick's start, read once.
-    fn load(&mut self, cell: u32) -> Result<Value, OpError> {
+    pub(super) fn load(&mut self, cell: u32) -> Result<Value, OpError> {
         if let Some(&value) = self.loads.get(&cell) {
             return Ok(value);
         }

@@ -1,5 +1,6 @@
 //! What a lowered instrument gives to the outside, and what its integers mean there.
 
+use super::delay::Fed;
 use super::format::{self, exp2};
 use super::origin;
 use super::real::{Real, Scale, power_of_two};
@@ -28,6 +29,10 @@ pub struct Lowered {
     pub clamps: Vec<String>,
     /// Every write to memory, with what it rounds.
     pub updates: Vec<Update>,
+    /// What is fed to the Model's delay lines, and what it rounds.
+    pub fed: Vec<Fed>,
+    /// Cells of the Model's channels: what is heard, 2^30 for 1.
+    pub channels: Vec<u32>,
     /// What instructions were made for: [`whippen_kernel::Inst::origin`] is an index.
     pub origins: Vec<Origin>,
 }
@@ -52,6 +57,10 @@ pub enum ExportKind {
     Machine(MachineId),
     /// A `let` or a result of a term (index into the Model's named values).
     Named(u32),
+    /// A term of the sound (index into the Model's).
+    Sound(u32),
+    /// What is heard (index into the Model's channels).
+    Channel(u32),
 }
 
 impl ExportKind {
@@ -65,6 +74,8 @@ impl ExportKind {
             ExportKind::Cell(_) => "cell",
             ExportKind::Machine(_) => "states",
             ExportKind::Named(_) => "let",
+            ExportKind::Sound(_) => "sound",
+            ExportKind::Channel(_) => "channel",
         }
     }
 }
@@ -240,6 +251,7 @@ impl Lowerer<'_> {
                 )?
             });
         }
+        self.sound_probes(&mut exports)?;
         self.memory_probes(&mut exports)?;
         Ok(exports)
     }
@@ -313,6 +325,28 @@ impl Lowerer<'_> {
                     exports.push(self.probe(&name, kind, Some(dim), real, range)?);
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// The terms of the sound, and what is heard of them.
+    fn sound_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {
+        let model = &self.step.model;
+        let terms = model.sounds.iter().enumerate();
+        let terms = terms.map(|(i, s)| {
+            (
+                format!("sound {}", s.name),
+                s.value,
+                ExportKind::Sound(i as u32),
+            )
+        });
+        let names = super::sound::channel_names(model.channels.len());
+        let channels = names.iter().zip(&model.channels).enumerate();
+        let channels =
+            channels.map(|(i, (name, v))| ((*name).to_string(), *v, ExportKind::Channel(i as u32)));
+        for (name, value, kind) in terms.chain(channels) {
+            let (real, range) = (self.real(value)?, self.ranges.get(value));
+            exports.push(self.probe(&name, kind, Some(Dim::NUMBER), real, range)?);
         }
         Ok(())
     }

@@ -203,6 +203,31 @@ impl Lowerer<'_> {
         self.interpolated("sin", &grid, cell, Some(place), (lsb, inherited))
     }
 
+    /// The coefficient of an allpass over a grid of fractions, in 31 bits.
+    pub(super) fn allpass_coefficient(
+        &mut self,
+        at: &dyn Fn(f64) -> f64,
+        cell: Value,
+        place: Value,
+        cells: i64,
+    ) -> Result<Value, OpError> {
+        let ends = [at(0.0), at((cells - 1) as f64)];
+        let grid = Grid {
+            at,
+            reach: Interval {
+                low: ends[1],
+                high: ends[0],
+            },
+            // The fourth derivative is at most 13, and a cell is a sixteenth of a tick.
+            error: 1e-7,
+            cells,
+        };
+        let unit = (exp2(-31), 0.0);
+        Ok(self
+            .interpolated("allpass", &grid, cell, Some(place), unit)?
+            .value)
+    }
+
     /// The polynomial of a cell at a place, in units of `lsb` or as much coarser as it needs.
     fn interpolated(
         &mut self,

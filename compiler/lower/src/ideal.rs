@@ -11,14 +11,19 @@
 
 mod commit;
 mod friction;
+mod line;
 mod sense;
 mod value;
 
 use crate::scales::{PortScales, Scales};
 use commit::RealWrites;
+use line::RealLine;
 use sense::SenseState;
 use whippen_ids::IdMap;
-use whippen_lang::model::{Action, CellId, MachineId, Model, NodeId, PulseId, RuleKind};
+use whippen_lang::model::{
+    Action, CellId, DelayId, MachineId, Model, Node, NodeId, Noise, NoiseId, PulseId, RuleKind,
+    TunedId,
+};
 
 /// What happened at an instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +56,10 @@ pub struct KeyState {
     pub held: Vec<bool>,
     /// Per pulse: ticks it still runs, this one included.
     pub pulse_left: IdMap<PulseId, u32>,
+    /// Word of every noise.
+    pub noises: IdMap<NoiseId, u32>,
+    /// Last value of every `tuned`.
+    pub tuned: IdMap<TunedId, f64>,
 }
 
 /// A Model running on some keys.
@@ -62,6 +71,8 @@ pub struct Ideal<'m> {
     /// Memory as it stood at the start of the last tick.
     before: Vec<KeyState>,
     senses: Vec<Vec<SenseState>>,
+    /// What was fed to the delay lines of each key.
+    lines: Vec<IdMap<DelayId, RealLine>>,
     values: Vec<IdMap<NodeId, f64>>,
     occurrences: Vec<Occurrence>,
     started: bool,
@@ -77,12 +88,21 @@ impl<'m> Ideal<'m> {
             machines: IdMap::filled(0, model.machines.len()),
             held: vec![true; model.rules.len()],
             pulse_left: IdMap::filled(0, model.pulses.len()),
+            noises: model.noises.iter().map(|noise| noise.first(0)).collect(),
+            tuned: IdMap::filled(0.0, model.tuned.len()),
         };
+        let of_key = |key: usize| KeyState {
+            noises: model.noises.iter().map(|noise| noise.first(key)).collect(),
+            ..state.clone()
+        };
+        let states: Vec<KeyState> = (0..keys).map(of_key).collect();
+        let lines = model.delays.iter().map(RealLine::new).collect();
         Ideal {
             model,
             lives: model.lives.iter().map(|l| l.value).collect(),
-            keys: vec![state.clone(); keys],
-            before: vec![state; keys],
+            keys: states.clone(),
+            before: states,
+            lines: vec![lines; keys],
             senses: Vec::new(),
             values: vec![IdMap::filled(0.0, model.dag.len()); keys],
             occurrences: Vec::new(),
@@ -105,6 +125,7 @@ impl<'m> Ideal<'m> {
                 key,
                 state: &self.keys[key],
                 senses: &self.senses[key],
+                lines: &self.lines[key],
             };
             tick.evaluate(&mut self.values[key]);
             self.act(key);
@@ -168,6 +189,19 @@ impl<'m> Ideal<'m> {
             }
         }
         writes.commit(model, state);
+        let lines = &mut self.lines[key];
+        for (id, node) in model.dag.nodes() {
+            if let Node::Tuned(_, _, own) = *node {
+                state.tuned[own] = values[id];
+            }
+        }
+        for (id, delay) in model.delays.enumerated() {
+            lines[id].feed(values[delay.feed].clamp(delay.range.low, delay.range.high));
+        }
+        state
+            .noises
+            .iter_mut()
+            .for_each(|word| *word = Noise::stir(*word));
     }
 
     /// A value of the last tick (SI; a bool is 0 or 1).
@@ -226,6 +260,11 @@ impl<'m> Ideal<'m> {
     /// Replaces the memory of a key (not its sensor histories).
     pub fn adopt(&mut self, key: usize, state: KeyState) {
         self.keys[key] = state;
+    }
+
+    /// Replaces what a key's delay line holds, the last that was fed first.
+    pub fn adopt_line(&mut self, key: usize, delay: DelayId, values: Vec<f64>) {
+        self.lines[key][delay].adopt(values);
     }
 
     /// Sets a live parameter (SI; a bool is 0 or 1), clamped to its range.

@@ -21,22 +21,26 @@ mod chain;
 mod clamp;
 mod commit;
 mod convert;
+mod delay;
 mod export;
 mod format;
 mod function;
 mod gradient;
 mod increase;
 mod linear;
+mod noise;
 mod origin;
 mod paths;
 mod real;
 mod recurrence;
 mod rules;
 mod sense;
+mod sound;
 mod units;
 mod update;
 mod values;
 
+pub use delay::Fed;
 pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredEventKind, LoweredLive};
 pub use paths::Path;
 pub use recurrence::OverTime;
@@ -49,7 +53,7 @@ use crate::simplify::Step;
 use real::Real;
 use whippen_ids::IdMap;
 use whippen_kernel::{self as kernel, Builder, OpError, Type, Value};
-use whippen_lang::model::NodeId;
+use whippen_lang::model::{NodeId, NoiseId};
 use whippen_lang::range::Ranges;
 
 /// Lowers one instrument.
@@ -92,6 +96,11 @@ struct Lowerer<'a> {
     loads: HashMap<u32, Value>,
     inputs: sense::Inputs,
     cells: commit::Cells,
+    lines: delay::Lines,
+    /// Cells of noises.
+    noises: IdMap<NoiseId, u32>,
+    /// Cells of channels.
+    channels: Vec<u32>,
     /// Tables of functions, by what is in them.
     tables: HashMap<Vec<i32>, u32>,
     lives: Vec<(u32, f64)>,
@@ -118,6 +127,9 @@ impl<'a> Lowerer<'a> {
             loads: HashMap::new(),
             inputs: sense::Inputs::default(),
             cells: commit::Cells::default(),
+            lines: delay::Lines::default(),
+            noises: IdMap::new(),
+            channels: Vec::new(),
             tables: HashMap::new(),
             lives: Vec::new(),
             keyed: Vec::new(),
@@ -129,6 +141,9 @@ impl<'a> Lowerer<'a> {
 
     fn run(mut self) -> Result<Lowered, OpError> {
         self.declare();
+        self.declare_noises();
+        self.declare_delays();
+        self.declare_channels();
         let events = self.declare_events();
         let model = &self.step.model;
         let mut drives = Vec::new();
@@ -136,6 +151,8 @@ impl<'a> Lowerer<'a> {
             let name = model.name_of_driven("drive", port);
             drives.push(self.b.output(&name, format::DRIVE_WORD));
         }
+        self.b.begin_init();
+        self.seed_noises()?;
         self.declare_senses()?;
 
         self.b.begin_tick();
@@ -143,7 +160,7 @@ impl<'a> Lowerer<'a> {
         let (lives, memory) = (self.live_meanings(), self.memory_meanings());
         recurrence::judge(self.step, self.ranges, &mut self.updates);
         let (events, clamps, origins) = (events.meanings, self.clamps, self.origins.list);
-        let updates = self.updates;
+        let (updates, fed) = (self.updates, self.lines.fed);
         let mut kernel = self.b.finish();
         kernel::sweep(&mut kernel);
         Ok(Lowered {
@@ -154,12 +171,15 @@ impl<'a> Lowerer<'a> {
             memory,
             clamps,
             updates,
+            fed,
+            channels: self.channels,
             origins,
         })
     }
 
     fn tick(&mut self, drives: &[u32], events: &rules::Events) -> Result<Vec<Export>, OpError> {
         self.tick_senses()?;
+        self.heard()?;
         for (number, &drive) in drives.iter().enumerate() {
             let word = self.drive_word(number)?;
             self.b.effect(kernel::Op::Out(drive), &[word])?;
@@ -169,9 +189,13 @@ impl<'a> Lowerer<'a> {
         } else {
             Vec::new()
         };
+        let fed = self.fed()?;
         let mut writes = self.integrated()?;
         self.rules(events, &mut writes)?;
         self.commit(writes)?;
+        self.keep_allpasses()?;
+        self.stir_noises()?;
+        self.feed(&fed)?;
         self.tick_histories()?;
         Ok(exports)
     }

@@ -17,7 +17,7 @@ use super::paths::Path;
 use super::update::Update;
 use crate::simplify::Step;
 use whippen_ids::IdMap;
-use whippen_lang::model::{CellId, NodeId};
+use whippen_lang::model::{CellId, Node, NodeId};
 use whippen_lang::range::Ranges;
 
 /// Least pivot that counts as above zero, and what counts as nothing beside one: far above what
@@ -99,12 +99,21 @@ fn over_time(
         at_a_time: 0.0,
     };
     let mut rows: IdMap<CellId, Row> = IdMap::filled(nothing, cells.len());
+    let from_lines = from_lines(step);
     for update in updates.iter().filter(|update| update.error.is_infinite()) {
         // Of what is amplified there is no bound, nor of what is made of it.
         let own = &mut rows[update.cell].by[update.cell];
         *own = own.max(AMPLIFIED);
     }
     for update in updates {
+        // What comes from a delay line has the errors of what was fed, which may come from here.
+        if update
+            .paths
+            .iter()
+            .any(|path| path.terms.keys().any(|x| from_lines[x]))
+        {
+            rows[update.cell].by[update.cell] = f64::INFINITY;
+        }
         // A limit forgets what was before.
         rows[update.cell].error = rows[update.cell].error.max(update.ends);
         for path in &update.paths {
@@ -137,6 +146,16 @@ fn over_time(
         }
     };
     cells.ids().map(judged).collect()
+}
+
+/// By node: whether it is made of what delay lines give.
+fn from_lines(step: &Step) -> IdMap<NodeId, bool> {
+    let mut all: IdMap<NodeId, bool> = IdMap::new();
+    for (_, node) in step.model.dag.nodes() {
+        let is_line = matches!(node, Node::Tap(..) | Node::Tuned(..));
+        all.push(is_line || node.operands().iter().any(|x| all[x]));
+    }
+    all
 }
 
 /// The bound on each cell's error, where there is one.

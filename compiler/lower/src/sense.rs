@@ -149,10 +149,9 @@ pub(super) fn curvature_lsb(scales: Scales, rate_hz: f64, ticks: u32) -> f64 {
 }
 
 impl Lowerer<'_> {
-    /// Declares ports, lines and sums, and writes the kernel's `init`: the window is filled with
-    /// the first word.
+    /// Declares ports, lines and sums, and writes what `init` does for them: the window is filled
+    /// with the first word.
     pub(super) fn declare_senses(&mut self) -> Result<(), OpError> {
-        self.b.begin_init();
         for (index, sense) in self.step.model.senses.iter().enumerate() {
             let port = self.b.input(&sense.name, Range::new(0, 65_535));
             let scales = self.scales[index];

@@ -136,6 +136,7 @@ fn roots(
     let mut model = Model {
         named: Vec::new(),
         forces: Vec::new(),
+        sounds: Vec::new(),
         bodies: Vec::new(),
         ..model.clone()
     };

@@ -77,6 +77,9 @@ impl Lowerer<'_> {
                 ))
             }
             Node::Cell(c) => self.cell(c),
+            Node::Noise(n) => self.noise(n),
+            Node::Tap(delay, ticks) => self.tap(delay, ticks),
+            Node::Tuned(delay, ticks, own) => self.tuned(delay, ticks, own),
             Node::Linear(c0, ref terms) => {
                 let terms: Vec<Term> = terms
                     .iter()

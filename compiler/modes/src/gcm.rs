@@ -246,7 +246,9 @@ impl Scheduler<'_, '_> {
         };
         match self.graph.kind(id) {
             Kind::Op(Op::Set(cell)) => !later(&|op| op == Op::Get(cell)),
-            Kind::Op(Op::Push(line)) => !later(&|op| matches!(op, Op::Delay(l, _) if l == line)),
+            Kind::Op(Op::Push(line)) => {
+                !later(&|op| matches!(op, Op::Delay(l, _) | Op::DelayAt(l) if l == line))
+            }
             Kind::Effect(_) => self.graph.constant(self.graph.args(id)[0]) == Some(1),
             _ => true,
         }

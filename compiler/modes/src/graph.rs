@@ -305,7 +305,7 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
 pub(super) fn keeps_place(inst: &Inst, in_memory: &[bool]) -> bool {
     match inst.op {
         Op::Get(cell) | Op::Set(cell) => in_memory[cell as usize],
-        Op::Delay(..) | Op::Out(_) | Op::Push(_) | Op::If => false,
+        Op::Delay(..) | Op::DelayAt(_) | Op::Out(_) | Op::Push(_) | Op::If => false,
         op => !op.row().effect.is_pure(),
     }
 }

@@ -10,6 +10,7 @@ use crate::device::{Device, Drive};
 use crate::engine::{Engine, EngineKind, Happened};
 use crate::files::{FileError, OutputFile};
 use crate::record::Record;
+use crate::sound::SoundFile;
 use crate::trace::{Column, EventRow, EventTable, Form, Heading, TickTable, Trace};
 
 /// How much of a run is kept in memory.
@@ -47,6 +48,7 @@ pub struct Recording {
     keep: Keep,
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
+    sound: Option<SoundFile>,
 }
 
 impl Recording {
@@ -59,6 +61,7 @@ impl Recording {
             keep,
             ticks: None,
             events: None,
+            sound: None,
         }
     }
 
@@ -110,6 +113,15 @@ impl Recording {
         Ok(self)
     }
 
+    /// The same with what is heard in a file.
+    #[must_use]
+    pub fn with_sound(self, file: SoundFile) -> Recording {
+        Recording {
+            sound: Some(file),
+            ..self
+        }
+    }
+
     /// The same with a table of events in a file.
     ///
     /// # Errors
@@ -136,6 +148,8 @@ pub struct Happenings {
     pub strikes: usize,
     /// Everything that happened, strikes too.
     pub events: usize,
+    /// Samples of the sound that were cut off at full scale; none where it was not written.
+    pub clipped_samples: usize,
     /// What was emitted, by the kind of event, in the order in which they came first.
     pub emitted: Vec<Emitted>,
 }
@@ -199,6 +213,7 @@ pub(super) struct Recorder<'c> {
     keep: Keep,
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
+    sound: Option<SoundFile>,
     trace: Trace,
     happenings: Happenings,
     /// The event that is a strike.
@@ -232,6 +247,7 @@ impl<'c> Recorder<'c> {
             keep: recording.keep,
             ticks: recording.ticks,
             events: recording.events,
+            sound: recording.sound,
             trace,
             happenings: Happenings::default(),
             marked: marked(&compiled.model),
@@ -261,6 +277,9 @@ impl<'c> Recorder<'c> {
         if let Some((path, table)) = &mut self.ticks {
             let written = table.row(tick, t_s, &self.row);
             written.map_err(|e| FileError::not_written(path, &e))?;
+        }
+        if let Some(sound) = &mut self.sound {
+            sound.tick(self.compiled, engine)?;
         }
         for happened in engine.drain() {
             self.event(t_s, happened)?;
@@ -308,7 +327,10 @@ impl<'c> Recorder<'c> {
     }
 
     /// Ends the tables, which then have their names.
-    pub(super) fn finish(self) -> Result<(Trace, Happenings), FileError> {
+    pub(super) fn finish(mut self) -> Result<(Trace, Happenings), FileError> {
+        if let Some(sound) = self.sound {
+            self.happenings.clipped_samples = sound.finish()?;
+        }
         if let Some((path, table)) = self.ticks {
             let file = table.into_inner();
             file.map_err(|e| FileError::not_written(&path, &e))?

@@ -164,6 +164,14 @@ impl Files<'_> {
                 names[0]
             );
         }
+        for compiled in &setup.instruments {
+            if !compiled.model.channels.is_empty() {
+                say!(
+                    "{} has sound, which the firmware computes and does not play",
+                    compiled.model.name
+                );
+            }
+        }
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
             let (force, unit) = (

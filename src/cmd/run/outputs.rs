@@ -8,6 +8,7 @@ use whippen_runtime::engine::EngineKind;
 use whippen_runtime::files::{FileError, OutputFile};
 use whippen_runtime::plot;
 use whippen_runtime::session::{self, Keep, Recorded, Recording, Run};
+use whippen_runtime::sound::SoundFile;
 use whippen_runtime::trace::Form;
 
 use super::super::file_plan::FilePlan;
@@ -19,10 +20,10 @@ use crate::say::say;
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "What to write")]
 pub struct Outputs {
-    /// Trace: a row per tick with ports, force terms, coordinates, states and every `let`, written
-    /// while it runs
-    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
-    pub out: Option<PathBuf>,
+    /// Trace: a row per tick with ports, force terms, coordinates, states and every `let`; or, in a
+    /// WAV file, what the program lets hear; written while it runs. May be given twice
+    #[arg(long, value_name = "FILE.csv|FILE.wav", value_hint = ValueHint::FilePath)]
+    pub out: Vec<PathBuf>,
     /// Only every N-th row of the trace
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = option::every)]
     pub every: u32,
@@ -49,10 +50,36 @@ pub struct Outputs {
 impl Outputs {
     /// Adds them to the files of a command.
     pub fn plan(&self, plan: FilePlan) -> FilePlan {
-        plan.writes("--out", &self.out, &["csv"])
+        plan.writes("--out", &self.out, &["csv", "wav"])
             .writes("--events", &self.events, &["csv"])
             .writes("--plot", &self.plot, &["svg", "png"])
             .writes("--report", &self.report, &["html"])
+    }
+
+    /// The file of the trace.
+    fn trace(&self) -> Result<Option<&Path>, Failure> {
+        self.only_out(false)
+    }
+
+    /// The file of the sound.
+    pub fn sound(&self) -> Result<Option<&Path>, Failure> {
+        self.only_out(true)
+    }
+
+    /// The only file of a kind that `--out` names.
+    fn only_out(&self, is_sound: bool) -> Result<Option<&Path>, Failure> {
+        let is_wav = |path: &&PathBuf| {
+            let ending = path.extension().and_then(|ending| ending.to_str());
+            ending.is_some_and(|ending| ending.eq_ignore_ascii_case("wav")) == is_sound
+        };
+        let mut found = self.out.iter().filter(is_wav).map(PathBuf::as_path);
+        match (found.next(), found.next()) {
+            (Some(_), Some(second)) => Err(Failure::Usage(format!(
+                "--out: `{}` is a second file of its kind; one trace and one sound are written",
+                second.display()
+            ))),
+            (first, _) => Ok(first),
+        }
     }
 
     /// How tables are written.
@@ -79,7 +106,15 @@ impl Outputs {
         };
         let mut recording = Recording::choosing(columns, &self.columns, keep)
             .map_err(|why| Failure::Usage(format!("--columns: {why}")))?;
-        if let Some(path) = &self.out {
+        if let Some(path) = self.sound()? {
+            if kind.board().is_some() {
+                return Err(Failure::Usage(
+                    "--out: the firmware of the engine `emulated` gives no sound; take another engine for it".into(),
+                ));
+            }
+            recording = recording.with_sound(SoundFile::create(path, compiled).map_err(usage)?);
+        }
+        if let Some(path) = self.trace()? {
             let file = OutputFile::create(path).map_err(usage)?;
             recording = recording.with_ticks(file, self.form()).map_err(usage)?;
         }
@@ -101,10 +136,15 @@ impl Outputs {
             plot::save(&session::figure(compiled, run), path)
                 .map_err(|e| Failure::Usage(e.to_string()))?;
         }
-        let tables = [("trace", &self.out), ("events", &self.events)];
+        let events = self.events.as_deref();
+        let tables = [
+            ("trace", self.trace()?),
+            ("sound", self.sound()?),
+            ("events", events),
+        ];
         let tables = tables
             .into_iter()
-            .filter_map(|(what, path)| Some((what, path.as_deref()?)));
+            .filter_map(|(what, path)| Some((what, path?)));
         let plots = self.plot.iter().map(|path| ("plot", path.as_path()));
         Ok(tables.chain(plots).collect())
     }

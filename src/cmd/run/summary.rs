@@ -45,6 +45,10 @@ pub fn report_run(compiled: &Compiled, run: &Run, kind: EngineKind, notes: &[Str
     for (count, what) in run.counts.told(session::driven(&compiled.model)) {
         say!("  {count} of {ticks} ticks {what}");
     }
+    if run.happenings.clipped_samples > 0 {
+        let clipped = run.happenings.clipped_samples;
+        say!("  {clipped} samples of the sound clipped at full scale");
+    }
     if let Some(load) = &run.load {
         report_load(load);
         say!(

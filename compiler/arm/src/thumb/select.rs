@@ -34,6 +34,7 @@ mod control;
 mod defer;
 mod divide;
 mod event;
+mod line;
 mod memory;
 mod operator;
 pub(super) mod plan;

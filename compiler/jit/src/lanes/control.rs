@@ -191,7 +191,8 @@ impl Lanes<'_> {
 /// What a region costs in vector instructions, about; very much if it has an effect or a branch.
 fn cost(region: &Region) -> u32 {
     let one = |inst: &Inst| match (inst.op.row().effect, inst.op) {
-        (_, Op::DivRound(_) | Op::Quot(_) | Op::Sqrt | Op::Lookup(..) | Op::GetAt(_)) => 1000,
+        (_, Op::DivRound(_) | Op::Quot(_) | Op::Sqrt) => 1000,
+        (_, Op::Lookup(..) | Op::GetAt(_) | Op::DelayAt(_)) => 1000,
         (_, Op::MulWide | Op::MacWide) => 8,
         (_, Op::MulTop | Op::MacTop) => 6,
         (effect, _) if effect.is_pure() || effect == Effect::Reads => 1,

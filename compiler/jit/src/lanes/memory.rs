@@ -80,6 +80,13 @@ impl Lanes<'_> {
         })
     }
 
+    pub(super) fn delay_at(&mut self, line: u32, before: KernelValue) -> Lane {
+        self.each(Type::I32, |lanes, lane| {
+            let before = lanes.one(before, lane);
+            lanes.for_key(lane, |t| t.delay_at(line, before))
+        })
+    }
+
     pub(super) fn push(&mut self, line: u32, value: KernelValue) {
         let (at, access) = (self.t.element(line, 0), self.t.access.rows);
         let words = self.word(value);

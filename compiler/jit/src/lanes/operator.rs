@@ -64,6 +64,7 @@ impl Lanes<'_> {
             Op::Get(cell) => self.get(cell),
             Op::GetAt(cell) => self.get_at(cell, a),
             Op::Delay(line, ticks) => self.delay(line, ticks),
+            Op::DelayAt(line) => self.delay_at(line, a),
             Op::Lookup(table, column) => self.lookup(table, column, a),
             Op::Out(port) => return self.output(port, a),
             Op::Set(cell) => return self.set(cell, a),

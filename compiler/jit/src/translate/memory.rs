@@ -48,6 +48,35 @@ impl Translator<'_> {
         }
     }
 
+    /// Counted from the row that is written in this tick.
+    pub(crate) fn delay_at(&mut self, line: u32, before: Value) -> Value {
+        let place = self.layout.lines[line as usize];
+        let before = self.inside(before, place.len);
+        let rings = self.base(Buffer::Rings);
+        let now = self
+            .f
+            .ins()
+            .uload32(self.access.fixed, rings, 4 * place.ring as i32);
+        let slot = self.f.ins().isub(now, before);
+        let slot = self.f.ins().iadd_imm_s(slot, -1);
+        let around = self.f.ins().iadd_imm_s(slot, place.len as i64);
+        let below = self.f.ins().icmp_imm_s(IntCC::SignedLessThan, slot, 0);
+        let slot = self.f.ins().select(below, around, slot);
+        let (buffer, shift) = match place.narrow {
+            true => (Buffer::Narrow, 1),
+            false => (Buffer::Wide, 2),
+        };
+        let rows = self.f.ins().imul_imm_s(slot, self.layout.keys as i64);
+        let element = self.f.ins().iadd(rows, self.context.key);
+        let base = self.base(buffer);
+        let start = self.f.ins().iadd_imm_s(base, (place.start as i64) << shift);
+        let at = self.indexed(start, element, shift);
+        match place.narrow {
+            true => self.f.ins().uload16(I64, self.access.rows, at, 0),
+            false => self.f.ins().sload32(self.access.rows, at, 0),
+        }
+    }
+
     pub(crate) fn lookup(&mut self, table: u32, column: u32, row: Value) -> Value {
         let tables = &self.kernel.tables;
         let (before, own) = (&tables[..table as usize], &tables[table as usize]);

@@ -20,10 +20,7 @@ impl Translator<'_> {
             Op::Mul | Op::MulWide => self.f.ins().imul(a, b),
             Op::MacWide => self.multiply_add(a, b, c),
             Op::MulTop => self.top_word(a, b),
-            Op::MacTop => {
-                let top = self.top_word(b, c);
-                self.f.ins().iadd(a, top)
-            }
+            Op::MacTop => self.add_top_word(a, b, c),
             Op::Min => self.f.ins().smin(a, b),
             Op::Max => self.f.ins().smax(a, b),
             Op::Shl(n) => self.f.ins().ishl_imm_s(a, i64::from(n)),
@@ -54,6 +51,7 @@ impl Translator<'_> {
             Op::Get(cell) => self.get(cell, None),
             Op::GetAt(cell) => self.get(cell, Some(a)),
             Op::Delay(line, ticks) => self.delay(line, ticks),
+            Op::DelayAt(line) => self.delay_at(line, a),
             Op::Lookup(table, column) => self.lookup(table, column, a),
             Op::Out(port) => return self.output(port, a),
             Op::Set(cell) => return self.set(cell, None, a),
@@ -66,5 +64,10 @@ impl Translator<'_> {
             Op::If | Op::Loop(_) => return,
         };
         self.values[inst.results[0]] = result;
+    }
+    /// Accumulator plus the top word of a product.
+    fn add_top_word(&mut self, a: Value, b: Value, c: Value) -> Value {
+        let top = self.top_word(b, c);
+        self.f.ins().iadd(a, top)
     }
 }

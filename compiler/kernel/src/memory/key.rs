@@ -93,6 +93,12 @@ impl Key<'_> {
         }
     }
 
+    /// What went into a line one tick more than that ago.
+    pub fn delay_at(&self, line: usize, before: i64) -> i64 {
+        let len = self.memory.layout.lines[line].len;
+        self.delay(line, nearest(before, len) + 1)
+    }
+
     /// Puts the value of this tick into a line.
     pub fn push(&mut self, line: usize, value: i64) {
         let place = self.memory.layout.lines[line];

@@ -120,7 +120,7 @@ impl Body<'_> {
             return Err(rule.to_string());
         }
         match op {
-            Op::Delay(line, _) if self.written.contains(&Op::Push(line)) => {
+            Op::Delay(line, _) | Op::DelayAt(line) if self.written.contains(&Op::Push(line)) => {
                 Err("stands after the push".to_string())
             }
             _ => Ok(()),

@@ -50,6 +50,8 @@ pub enum Builtin {
     Abs,
     /// The square root.
     Sqrt,
+    /// A delay line, a time ago, without loss.
+    Tuned,
     /// A function of a plain number.
     Of(model::Function),
 }
@@ -68,7 +70,10 @@ impl Signature {
     /// Whether a term may have its name, and is called then: programs had such terms before there
     /// was the function.
     pub fn can_be_hidden(&self) -> bool {
-        matches!(self.function, Builtin::Sqrt | Builtin::Of(_))
+        matches!(
+            self.function,
+            Builtin::Sqrt | Builtin::Tuned | Builtin::Of(_)
+        )
     }
 }
 
@@ -91,6 +96,7 @@ pub const FUNCTIONS: &[Signature] = &[
     signature("clamp", Builtin::Clamp, &["value", "low", "high"]),
     signature("abs", Builtin::Abs, &["value"]),
     signature("sqrt", Builtin::Sqrt, &["value"]),
+    signature("tuned", Builtin::Tuned, &["delay", "time"]),
     signature("exp", Builtin::Of(model::Function::Exp), &["value"]),
     signature("log", Builtin::Of(model::Function::Log), &["value"]),
     signature("sin", Builtin::Of(model::Function::Sin), &["angle"]),

@@ -23,6 +23,9 @@ impl<'a> Elaborator<'a, '_> {
         callee: &'a Name,
         args: &'a [Arg],
     ) -> Option<Value> {
+        if let Some(delay) = self.delay_of(scope, callee) {
+            return self.tap(scope, delay, callee, args, call.span);
+        }
         let from_std = self.scopes[scope.0].in_std();
         if let Some(function) = self.items.function(&callee.node, from_std) {
             return self.function(scope, function, args, call.span);
@@ -52,6 +55,10 @@ impl<'a> Elaborator<'a, '_> {
         if !commas.is_empty() {
             commas.iter().for_each(|one| self.report(one.diagnostic()));
             return None;
+        }
+        if signature.function == Builtin::Tuned {
+            self.check_count(signature, args, span)?;
+            return self.tuned(scope, args, span);
         }
         let values: Vec<Option<Value>> = args
             .iter()

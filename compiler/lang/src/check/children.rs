@@ -21,7 +21,9 @@ impl<'a> Elaborator<'a, '_> {
                 continue;
             };
             let from_std = self.scopes[scope.0].in_std();
-            if self.items.function(&callee.node, from_std).is_some() {
+            if self.items.function(&callee.node, from_std).is_some()
+                || self.delay_of(scope, callee).is_some()
+            {
                 continue;
             }
             let bound = match &decl.kind {

@@ -14,7 +14,7 @@ use super::settings::Settings;
 use super::slot::{Slot, SlotId};
 use super::types::Value;
 use crate::diag::Diagnostic;
-use crate::model::{Dag, EmissionId, Force, Item, Model, Named, Node, NodeId};
+use crate::model::{Dag, DelayId, EmissionId, Force, Item, Model, Named, Node, NodeId};
 use crate::syntax::ast::{Decl, DeclKind, Name};
 use whippen_ids::IdMap;
 use whippen_source::Span;
@@ -48,6 +48,8 @@ pub struct Elaborator<'a, 'd> {
     pub alone: bool,
     /// Where each `next` of the Model stands.
     pub next_spans: Vec<Span>,
+    /// Where each delay line is fed.
+    pub feed_spans: IdMap<DelayId, Option<Span>>,
     /// Where each kind of emission was first seen.
     pub emission_spans: IdMap<EmissionId, Span>,
 }
@@ -78,6 +80,8 @@ pub fn instrument(
     let mut elaborator = Elaborator::new(items, settings, diags, &ast.name.node, &ast.doc);
     let root = elaborator.instantiate(Scope::new(String::new(), &ast.decls, None, None));
     elaborator.scope(root);
+    elaborator.unfed();
+    elaborator.channels();
     let Elaborator {
         mut model, diags, ..
     } = elaborator;
@@ -126,10 +130,15 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             machines: IdMap::new(),
             bodies: Vec::new(),
             pulses: IdMap::new(),
+            noises: IdMap::new(),
+            delays: IdMap::new(),
+            tuned: IdMap::new(),
             nexts: Vec::new(),
             rules: Vec::new(),
             emissions: IdMap::new(),
             forces: Vec::new(),
+            sounds: Vec::new(),
+            channels: Vec::new(),
             named: Vec::new(),
         };
         Elaborator {
@@ -146,6 +155,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             here: None,
             alone: false,
             next_spans: Vec::new(),
+            feed_spans: IdMap::new(),
             emission_spans: IdMap::new(),
         }
     }
@@ -256,6 +266,20 @@ impl<'a, 'd> Elaborator<'a, 'd> {
                 },
                 _,
             ) => self.force(scope, *turning, name, on.as_ref(), value),
+            _ => self.of_signals(scope, decl, made),
+        }
+    }
+
+    /// Delay lines and sound.
+    fn of_signals(&mut self, scope: ScopeId, decl: &'a Decl, made: Made) {
+        match (&decl.kind, made) {
+            (DeclKind::Delay { range, lasting, .. }, Made::Delay(delay)) => {
+                self.delay(scope, delay, range, lasting);
+            }
+            (DeclKind::Feed { delay, value }, _) => self.feed(scope, delay, value),
+            (DeclKind::Sound { name, side, value }, _) => {
+                self.sound(scope, name, side.as_ref(), value);
+            }
             _ => {}
         }
     }

@@ -97,7 +97,12 @@ impl<'a> Elaborator<'a, '_> {
             Thing::Sense(v)
             | Thing::State(_, v)
             | Thing::Coordinate(_, _, v)
-            | Thing::Pulse(_, v) => Some(v),
+            | Thing::Pulse(_, v)
+            | Thing::Noise(v) => Some(v),
+            Thing::Delay(_) => {
+                self.delay_as_value(name, span);
+                None
+            }
             Thing::Let(_, Some(call)) => {
                 let slot = self.only_result(call, span)?;
                 self.slot(slot)

@@ -3,6 +3,7 @@
 use super::builtin;
 use super::elaborate::Elaborator;
 use super::items::TermItem;
+use super::param::ParamText;
 use super::scope::{Entry, Made, NameEntry, Scope, ScopeId, Thing};
 use super::slot::Source;
 use super::types::{Ty, Value};
@@ -160,6 +161,7 @@ impl<'a> Elaborator<'a, '_> {
             DeclKind::Sense { name, .. }
             | DeclKind::Param { name, .. }
             | DeclKind::Force { name, .. }
+            | DeclKind::Sound { name, .. }
                 if in_term =>
             {
                 self.not_in_a_term(scope, &decl.kind, name)
@@ -170,7 +172,17 @@ impl<'a> Elaborator<'a, '_> {
                 name,
                 value,
                 range,
-            } => self.declare_param(scope, *live, name, value, range.as_ref()),
+                glide,
+            } => {
+                let written = ParamText {
+                    live: *live,
+                    name,
+                    value,
+                    range: range.as_ref(),
+                    glide: glide.as_ref(),
+                };
+                self.declare_param(scope, written)
+            }
             DeclKind::Let { name, value } => {
                 let slot = self.new_slot(
                     self.scopes[scope.0].full(&name.node),
@@ -189,7 +201,10 @@ impl<'a> Elaborator<'a, '_> {
             DeclKind::Result { name, value } => self.declare_result(scope, name, value),
             DeclKind::Event { name, .. } => self.declare_event(scope, name),
             DeclKind::Force { name, on, .. } => self.declare_force(scope, name, on.as_ref()),
-            DeclKind::Next { .. } | DeclKind::Hold { .. } => Made::Itself,
+            DeclKind::Noise { name } => self.declare_noise(scope, name),
+            DeclKind::Delay { name, ty, .. } => self.declare_delay(scope, name, ty),
+            DeclKind::Sound { name, .. } => self.declare_sound(scope, name),
+            DeclKind::Next { .. } | DeclKind::Feed { .. } | DeclKind::Hold { .. } => Made::Itself,
         }
     }
 
@@ -201,6 +216,10 @@ impl<'a> Elaborator<'a, '_> {
                 "torque",
                 "make it a result of the term and write `torque` in the instrument",
             ),
+            DeclKind::Sound { .. } => (
+                "sound",
+                "make it a result of the term and write `sound` in the instrument",
+            ),
             _ => (
                 "force",
                 "make it a result of the term and write `force` in the instrument",
@@ -209,7 +228,7 @@ impl<'a> Elaborator<'a, '_> {
         let message = format!("a `{word}` cannot be declared in a term");
         let label = "belongs in an instrument";
         self.report(Diagnostic::new(Code::NotInTerm, name.span, message, label).hint(hint));
-        if !matches!(kind, DeclKind::Force { .. }) {
+        if !matches!(kind, DeclKind::Force { .. } | DeclKind::Sound { .. }) {
             self.enter(scope, name, Thing::Broken);
         }
         Made::Nothing

@@ -6,7 +6,7 @@ use super::scope::{Made, ScopeId, Thing};
 use super::slot::Source;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Interval, Keyed, Live, Node};
+use crate::model::{Cell, CellKind, Interval, Keyed, Live, Node, NodeId};
 use crate::syntax::ast::{Expr, Name, RangeExpr};
 use crate::units::{Dim, Quantity, shown, shown_range};
 use whippen_source::Span;
@@ -22,27 +22,33 @@ pub enum ParamKind {
     Keyed(usize),
 }
 
+/// A parameter as it is written.
+#[derive(Debug, Clone, Copy)]
+pub struct ParamText<'a> {
+    /// Whether it may change while playing.
+    pub live: bool,
+    /// Its name.
+    pub name: &'a Name,
+    /// Its value.
+    pub value: &'a Expr,
+    /// Its bounds.
+    pub range: Option<&'a RangeExpr>,
+    /// How long it takes to move over its whole range.
+    pub glide: Option<&'a Expr>,
+}
+
 /// A declared parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct ParamDecl<'a> {
     kind: ParamKind,
-    live: bool,
-    name: &'a Name,
-    value: &'a Expr,
-    range: Option<&'a RangeExpr>,
+    text: ParamText<'a>,
 }
 
 impl<'a> Elaborator<'a, '_> {
     /// Enters a parameter. What the caller sets is as it was declared; what the keyboard sets is a
     /// value per key.
-    pub fn declare_param(
-        &mut self,
-        scope: ScopeId,
-        live: bool,
-        name: &'a Name,
-        value: &'a Expr,
-        range: Option<&'a RangeExpr>,
-    ) -> Made {
+    pub fn declare_param(&mut self, scope: ScopeId, written: ParamText<'a>) -> Made {
+        let ParamText { live, name, .. } = written;
         let model = &mut self.model;
         let (text, span, bounds) = (
             name.node.clone(),
@@ -76,10 +82,7 @@ impl<'a> Elaborator<'a, '_> {
         };
         let decl = ParamDecl {
             kind,
-            live,
-            name,
-            value,
-            range,
+            text: written,
         };
         let slot = self.new_slot(name.node.clone(), name.span, Source::Param(scope, decl));
         self.enter(scope, name, Thing::Param(slot));
@@ -88,7 +91,7 @@ impl<'a> Elaborator<'a, '_> {
 
     /// The value of a parameter.
     pub fn param(&mut self, scope: ScopeId, decl: ParamDecl<'a>) -> Option<Value> {
-        let declared = self.expr(scope, decl.value)?;
+        let declared = self.expr(scope, decl.text.value)?;
         match declared.ty {
             Ty::Real(dim) => self.real_param(scope, decl, declared, dim),
             Ty::Bool => self.bool_param(decl, declared),
@@ -102,21 +105,25 @@ impl<'a> Elaborator<'a, '_> {
         declared: Value,
         dim: Dim,
     ) -> Option<Value> {
-        let name = &decl.name.node;
+        let name = &decl.text.name.node;
         let what = format!("the value of `{name}`");
-        if let Some(wanted) = decl.range.and_then(|range| self.both_ends(scope, range)) {
-            self.expect(declared, decl.value, wanted, || what.clone())?;
+        if let Some(wanted) = decl
+            .text
+            .range
+            .and_then(|range| self.both_ends(scope, range))
+        {
+            self.expect(declared, decl.text.value, wanted, || what.clone())?;
         }
-        let value = self.known(declared.node, decl.value.span, &what);
-        let range = match decl.range {
+        let value = self.known(declared.node, decl.text.value.span, &what);
+        let range = match decl.text.range {
             Some(range) => Some((
                 self.range(scope, range, dim, &format!("the range of `{name}`"))?,
                 range.span,
             )),
-            None if decl.live => return self.missing_range(decl, dim),
+            None if decl.text.live => return self.missing_range(decl, dim),
             None => None,
         };
-        let value = self.in_range(value?, dim, decl.value.span, range, name);
+        let value = self.in_range(value?, dim, decl.text.value.span, range, name);
         let value = match self.settings.sets.get(name.as_str()).copied() {
             Some(set) => {
                 let value = self.set_number(name, set.value, set.span, dim)?;
@@ -137,7 +144,69 @@ impl<'a> Elaborator<'a, '_> {
                 Node::Keyed(index as u32)
             }
         };
-        Some(Value::real(self.node(node, decl.name.span), dim))
+        let node = self.node(node, decl.text.name.span);
+        let node = match decl.text.glide {
+            Some(glide) => self.glide(scope, decl, (node, value, bounds), dim, glide)?,
+            None => node,
+        };
+        Some(Value::real(node, dim))
+    }
+
+    /// A live value that moves towards what was set, at most over its whole range in a time.
+    fn glide(
+        &mut self,
+        scope: ScopeId,
+        decl: ParamDecl<'a>,
+        (target, init, range): (NodeId, f64, Option<Interval>),
+        dim: Dim,
+        glide: &'a Expr,
+    ) -> Option<NodeId> {
+        let name = &decl.text.name.node;
+        let seconds = self.positive(scope, glide, Dim::TIME, &format!("the glide of `{name}`"))?;
+        let range = match (decl.kind, range) {
+            (ParamKind::Live(_), Some(range)) => range,
+            // It is set per key, for good.
+            (ParamKind::Keyed(_), _) if decl.text.live => return Some(target),
+            _ => {
+                self.nothing_glides(decl, glide, "a constant");
+                return None;
+            }
+        };
+        let step = range.width() / (seconds * f64::from(self.model.rate_hz)).max(1.0);
+        let span = decl.text.name.span;
+        let cell = self.model.cells.push(Cell {
+            name: format!("{name}.glide"),
+            kind: CellKind::Glide,
+            dim,
+            range,
+            init,
+            span,
+        });
+        let (now, step) = (
+            self.node(Node::Cell(cell), span),
+            self.model.dag.constant(step),
+        );
+        // In this form the intervals do not leave the range.
+        let (below, above) = (
+            self.node(Node::Sub(now, step), span),
+            self.node(Node::Add(now, step), span),
+        );
+        let raised = self.node(Node::Max(target, below), span);
+        let moved = self.node(Node::Min(raised, above), span);
+        self.model.nexts.push((cell, moved));
+        self.next_spans.push(span);
+        Some(moved)
+    }
+
+    fn nothing_glides(&mut self, decl: ParamDecl, glide: &Expr, what: &str) {
+        let name = &decl.text.name.node;
+        let message = format!("`{name}` is {what} and cannot glide");
+        let label = "moves towards what is set while playing";
+        let hint = match decl.text.live {
+            true => "take the glide away: a bool is on or off",
+            false => "write `live param`, or take the glide away",
+        };
+        self.report(Diagnostic::new(Code::Glide, glide.span, message, label).hint(hint));
     }
 
     /// The type of both ends of a range, if they agree and have a unit: then a value of another
@@ -151,21 +220,24 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     fn bool_param(&mut self, decl: ParamDecl<'a>, declared: Value) -> Option<Value> {
-        let name = &decl.name.node;
-        if let Some(range) = decl.range {
+        let name = &decl.text.name.node;
+        if let Some(glide) = decl.text.glide {
+            self.nothing_glides(decl, glide, "a bool");
+        }
+        if let Some(range) = decl.text.range {
             let message = format!("`{name}` is a bool and needs no range");
             let diagnostic =
                 Diagnostic::new(Code::WrongType, range.span, message, "a range of a bool");
             self.report(
                 diagnostic
-                    .also(decl.value.span, "a bool")
+                    .also(decl.text.value.span, "a bool")
                     .hint("take the range away"),
             );
         }
         let Some(mut value) = self.model.dag.bool(declared.node) else {
             self.report_not_constant(
                 declared.node,
-                decl.value.span,
+                decl.text.value.span,
                 &format!("the value of `{name}`"),
             );
             return None;
@@ -188,37 +260,37 @@ impl<'a> Elaborator<'a, '_> {
                 Node::LiveBool(index as u32)
             }
             ParamKind::Keyed(_) => {
-                let span = self
-                    .settings
-                    .per_key
-                    .get(name.as_str())
-                    .map_or(decl.name.span, |p| p.param.span);
-                let message = format!("`{name}` is a bool and cannot be set per key");
-                let diagnostic = Diagnostic::new(
-                    Code::WrongType,
-                    span,
-                    message,
-                    "nothing lies between on and off",
-                );
-                self.report(
-                    diagnostic
-                        .also(decl.value.span, "a bool")
-                        .hint("set numbers per key only"),
-                );
+                self.bool_per_key(decl);
                 return None;
             }
         };
-        Some(Value::bool(self.node(node, decl.name.span)))
+        Some(Value::bool(self.node(node, decl.text.name.span)))
+    }
+
+    fn bool_per_key(&mut self, decl: ParamDecl) {
+        let name = &decl.text.name.node;
+        let per_key = self.settings.per_key.get(name.as_str());
+        let span = per_key.map_or(decl.text.name.span, |p| p.param.span);
+        let message = format!("`{name}` is a bool and cannot be set per key");
+        let label = "nothing lies between on and off";
+        let diagnostic = Diagnostic::new(Code::WrongType, span, message, label);
+        self.report(
+            diagnostic
+                .also(decl.text.value.span, "a bool")
+                .hint("set numbers per key only"),
+        );
     }
 
     fn missing_range(&mut self, decl: ParamDecl, dim: Dim) -> Option<Value> {
-        let name = &decl.name.node;
+        let name = &decl.text.name.node;
         let message = format!("the live param `{name}` needs a range");
         let unit = dim.unit();
         let space = if unit.is_empty() { "" } else { " " };
         let hint = format!("add `in low .. high`, such as `in 0{space}{unit} .. 1{space}{unit}`");
         let label = "may change while playing, between which values?";
-        self.report(Diagnostic::new(Code::MissingRange, decl.name.span, message, label).hint(hint));
+        self.report(
+            Diagnostic::new(Code::MissingRange, decl.text.name.span, message, label).hint(hint),
+        );
         None
     }
 

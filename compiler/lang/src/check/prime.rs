@@ -62,7 +62,11 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     fn report_no_prime(&mut self, error: &NoPrime, prime: Span) {
-        let (code, message, label, hint) = words(error.kind);
+        let (message, label, hint) = words(error.kind);
+        let code = match error.kind {
+            NoPrimeKind::Comparison => Code::PrimeOfComparison,
+            _ => Code::NoPrime,
+        };
         let mut diagnostic = Diagnostic::new(code, prime, message, "the prime is taken here");
         if let Some(place) = self.place(error.node).filter(|p| *p != prime) {
             diagnostic = diagnostic.also(place, label);
@@ -71,47 +75,55 @@ impl<'a> Elaborator<'a, '_> {
     }
 }
 
-/// Code, message, label of the place that has no prime, and what to do.
-fn words(kind: NoPrimeKind) -> (Code, &'static str, &'static str, &'static str) {
+/// Message, label of the place that has no prime, and what to do.
+fn words(kind: NoPrimeKind) -> (&'static str, &'static str, &'static str) {
     match kind {
         NoPrimeKind::Rate => (
-            Code::NoPrime,
             "a rate has no prime: blows change it within one tick",
             "the coordinate whose rate it is",
             "an acceleration is the sum of torques divided by the inertia: write that",
         ),
         NoPrimeKind::State => (
-            Code::NoPrime,
             "a `state` has no prime: it changes in steps",
             "the state",
             "keep its value of the tick before in a second `state` and use the difference",
         ),
         NoPrimeKind::Pulse => (
-            Code::NoPrime,
             "a pulse has no prime: it is a rectangle",
             "the pulse",
             "take the prime of the other parts only",
         ),
+        NoPrimeKind::Glide => (
+            "a param that glides has no prime: nobody knows when it will be set",
+            "glides",
+            "take the prime of the other parts only",
+        ),
+        NoPrimeKind::Noise => (
+            "noise has no prime: it jumps in every tick",
+            "noise",
+            "take the prime of the other parts only",
+        ),
+        NoPrimeKind::Delay => (
+            "what is read from a delay line has no prime",
+            "is read here",
+            "feed the prime to a second delay line",
+        ),
         NoPrimeKind::Third => (
-            Code::NoPrime,
             "a sensed value has no third prime",
             "what is measured",
             "the differentiators end at the second prime",
         ),
         NoPrimeKind::Comparison => (
-            Code::PrimeOfComparison,
             "this choice has no prime: its condition compares values, so it may jump at any time",
             "the choice",
             "use `min`, `max` or `clamp`, or let a machine of `states` decide",
         ),
         NoPrimeKind::Friction => (
-            Code::NoPrime,
             "a friction has no prime: it may let go within one tick",
             "the friction",
             "keep its value of the tick before in a `state` and use the difference",
         ),
         NoPrimeKind::Bool => (
-            Code::NoPrime,
             "a bool has no prime",
             "the bool",
             "take the prime of the numbers it chooses between",

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::items::TermItem;
 use super::slot::SlotId;
 use super::types::Value;
-use crate::model::{CellId, MachineId, PulseId};
+use crate::model::{CellId, DelayId, MachineId, PulseId};
 use crate::syntax::ast::{Decl, Name};
 use whippen_source::Span;
 
@@ -30,6 +30,10 @@ pub enum Thing {
     Coordinate(CellId, CellId, Value),
     /// A pulse.
     Pulse(PulseId, Value),
+    /// A noise.
+    Noise(Value),
+    /// A delay line, which is no value by itself.
+    Delay(DelayId),
     /// A friction: its force, and the body it stands in.
     Friction(SlotId, usize),
     /// A parameter of the term.
@@ -49,6 +53,8 @@ impl Thing {
             Thing::State(..) => "a state",
             Thing::Coordinate(..) => "a coordinate",
             Thing::Pulse(..) => "a pulse",
+            Thing::Noise(..) => "noise",
+            Thing::Delay(..) => "a delay line",
             Thing::Friction(..) => "a friction",
             Thing::Argument(_) => "a parameter of the term",
             Thing::Result(_) => "a result",
@@ -82,8 +88,10 @@ pub enum Made {
     Body(usize),
     /// A pulse.
     Pulse(PulseId),
+    /// A delay line.
+    Delay(DelayId),
     /// Something of which the declaration itself says everything (`next`, `force`, `event`,
-    /// `hold`).
+    /// `hold`, `noise`, `feed`, `sound`).
     Itself,
 }
 
@@ -129,6 +137,8 @@ pub struct Scope<'a> {
     pub bodies: BTreeMap<&'a str, NameEntry<Option<usize>>>,
     /// Events by name.
     pub events: BTreeMap<&'a str, NameEntry<()>>,
+    /// Terms of the sound by name.
+    pub sounds: BTreeMap<&'a str, NameEntry<()>>,
     /// Force terms by name and by what they push.
     pub forces: BTreeMap<(&'a str, &'a str), NameEntry<()>>,
     /// What each declaration has made.
@@ -164,6 +174,7 @@ impl<'a> Scope<'a> {
             machines: BTreeMap::new(),
             bodies: BTreeMap::new(),
             events: BTreeMap::new(),
+            sounds: BTreeMap::new(),
             forces: BTreeMap::new(),
             made: Vec::new(),
             args: Vec::new(),

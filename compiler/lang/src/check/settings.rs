@@ -26,6 +26,8 @@ pub struct SetValue {
 pub struct Settings<'a> {
     /// Ticks per second.
     pub rate_hz: u32,
+    /// Whether a keyboard lists it.
+    pub is_keyboard: bool,
     /// MIDI numbers of the lowest and highest key.
     pub keys: (u8, u8),
     /// Parameters set per key.
@@ -40,6 +42,7 @@ impl Settings<'_> {
         let (per_key, sets) = (BTreeMap::new(), BTreeMap::new());
         Settings {
             rate_hz: options.usual_rate_hz(),
+            is_keyboard: false,
             keys: (21, 108),
             per_key,
             sets,
@@ -64,6 +67,7 @@ pub fn of<'a>(
         .filter(|b| b.keyboard.layout.instruments().contains(&id));
     if let Some(board) = listing.next() {
         settings.rate_hz = board.keyboard.rate_hz;
+        settings.is_keyboard = true;
         let layout = &board.keyboard.layout;
         settings.keys = (layout.first_note, layout.last_note());
         let own = board.per_key.iter().filter(|p| p.instrument == id);

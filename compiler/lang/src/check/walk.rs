@@ -34,11 +34,20 @@ fn expressions(kind: &DeclKind) -> Vec<&Expr> {
         DeclKind::Sense {
             range, slew, over, ..
         } => ends(range).chain(slew).chain(over).collect(),
-        DeclKind::Param { value, range, .. } => std::iter::once(value)
+        DeclKind::Param {
+            value,
+            range,
+            glide,
+            ..
+        } => std::iter::once(value)
             .chain(range.iter().flat_map(ends))
+            .chain(glide)
             .collect(),
+        DeclKind::Noise { .. } => vec![],
         DeclKind::Let { value, .. }
         | DeclKind::Next { value, .. }
+        | DeclKind::Feed { value, .. }
+        | DeclKind::Sound { value, .. }
         | DeclKind::Force { value, .. }
         | DeclKind::Result { value, .. } => vec![value],
         DeclKind::States { transitions, .. } => transitions
@@ -52,7 +61,9 @@ fn expressions(kind: &DeclKind) -> Vec<&Expr> {
         } => std::iter::once(trigger.expr())
             .chain(in_actions(actions))
             .collect(),
-        DeclKind::Pulse { range, lasting, .. } => ends(range).chain([lasting]).collect(),
+        DeclKind::Pulse { range, lasting, .. } | DeclKind::Delay { range, lasting, .. } => {
+            ends(range).chain([lasting]).collect()
+        }
         DeclKind::Hold { guard, .. } => vec![guard],
     }
 }

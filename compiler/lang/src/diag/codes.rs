@@ -111,6 +111,9 @@ codes! {
     OverlappingGuards   "WH0415" Warning "two transitions of one state whose guards can hold together";
     Period              "WH0416" Error "an event with a period of less than two ticks, or of too many";
     FrictionSlope       "WH0417" Error "a friction whose law has no derivative by its slip";
+    Feed                "WH0418" Error "a delay line that is not fed exactly once";
+    DelayLine           "WH0419" Error "a delay line that is too short or too long";
+    Glide               "WH0420" Error "a glide of something that nobody moves";
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";
@@ -126,6 +129,7 @@ codes! {
     LostUpdate          "WH0512" Warning "changes of what is kept that may be too small for its last bit";
     OutsideDomain       "WH0513" Error "a logarithm of a value that may be zero or negative";
     FrictionSign        "WH0514" Error "a friction that may push";
+    OutsideDelay        "WH0515" Error "a time that a delay line may not hold";
     // Physics and keyboards
     WrongDrive          "WH0610" Error "a force or a torque on what it cannot push";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";
@@ -146,6 +150,7 @@ codes! {
     NoPort              "WH0617" Error "ports that no key has";
     UnknownHardware     "WH0618" Error "a board or a device that is not bundled";
     ShortWindow         "WH0619" Warning "a window shorter than three measurements";
+    Channel             "WH0620" Error "a sound on a side that is neither left nor right";
     // Budgets
     DeadlineMissed      "WH0701" Error "a deadline that is missed";
     Unstable            "WH0702" Warning "a force that makes the loop of key, hand and program ring";

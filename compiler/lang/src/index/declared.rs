@@ -83,9 +83,15 @@ impl Index {
             DeclKind::Pulse { name, ty, .. } => (NameKind::Pulse, name, Some(ty)),
             DeclKind::Event { name, .. } => (NameKind::Event, name, None),
             DeclKind::Force { name, .. } => (NameKind::Force, name, None),
+            DeclKind::Sound { name, .. } => (NameKind::Sound, name, None),
+            DeclKind::Noise { name } => (NameKind::Noise, name, None),
+            DeclKind::Delay { name, ty, .. } => (NameKind::Delay, name, Some(ty)),
             DeclKind::States { name, .. } => (NameKind::Machine, name, None),
             DeclKind::Body { name, .. } => (NameKind::Body, name, None),
-            DeclKind::Next { .. } | DeclKind::Hold { .. } | DeclKind::Result { .. } => return,
+            DeclKind::Next { .. }
+            | DeclKind::Feed { .. }
+            | DeclKind::Hold { .. }
+            | DeclKind::Result { .. } => return,
         };
         let at = self.define(kind, name, decl.span);
         self.definitions[at].ty = ty.map(|ty| ty.node.clone());

@@ -54,17 +54,26 @@ impl Resolver<'_> {
                 self.range(range);
                 slew.iter().chain(over).for_each(|e| self.expr(e));
             }
-            DeclKind::Param { value, range, .. } => {
+            DeclKind::Param {
+                value,
+                range,
+                glide,
+                ..
+            } => {
                 self.expr(value);
                 range.iter().for_each(|r| self.range(r));
+                glide.iter().for_each(|e| self.expr(e));
             }
-            DeclKind::Let { value, .. } => self.expr(value),
+            DeclKind::Let { value, .. } | DeclKind::Sound { value, .. } => self.expr(value),
             DeclKind::Force { on, value, .. } => {
                 on.iter()
                     .for_each(|on| self.name(on, |k| k == NameKind::Sense));
                 self.expr(value);
             }
-            DeclKind::Next { name, value } | DeclKind::Result { name, value } => {
+            DeclKind::Noise { .. } => {}
+            DeclKind::Next { name, value }
+            | DeclKind::Feed { delay: name, value }
+            | DeclKind::Result { name, value } => {
                 self.value(name);
                 self.expr(value);
             }
@@ -82,7 +91,7 @@ impl Resolver<'_> {
                 self.expr(trigger.expr());
                 actions.iter().for_each(|a| self.action(a));
             }
-            DeclKind::Pulse { range, lasting, .. } => {
+            DeclKind::Pulse { range, lasting, .. } | DeclKind::Delay { range, lasting, .. } => {
                 self.range(range);
                 self.expr(lasting);
             }

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use super::{CellId, Function, MachineId};
+use super::{CellId, DelayId, Function, MachineId, NoiseId, TunedId};
 use whippen_ids::{IdMap, impl_id};
 
 /// Index of a node.
@@ -82,6 +82,13 @@ pub enum Node {
     Keyed(u32),
     /// A cell at the tick's start.
     Cell(CellId),
+    /// This tick's number of a noise.
+    Noise(NoiseId),
+    /// What was fed to a delay line so many ticks ago (not whole), linear between ticks.
+    Tap(DelayId, NodeId),
+    /// What was fed to a delay line so many ticks ago (not whole), by an allpass with
+    /// memory of its own.
+    Tuned(DelayId, NodeId, TunedId),
     /// The slip that a friction (its memory) tries while it is solved, between 0 and the slip
     /// without it, which is the operand.
     Trial(CellId, NodeId),
@@ -211,10 +218,12 @@ impl Node {
             | Node::Live(_) => {
                 vec![]
             }
-            Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Is(..) => vec![],
+            Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Noise(_) | Node::Is(..) => {
+                vec![]
+            }
             Node::Linear(_, terms) => terms.iter().map(|&(_, x)| x).collect(),
             &Node::Neg(a) | &Node::Abs(a) | &Node::Power(a, _) | &Node::Not(a) => vec![a],
-            &Node::Function(_, a) => vec![a],
+            &Node::Function(_, a) | &Node::Tap(_, a) | &Node::Tuned(_, a, _) => vec![a],
             &Node::Add(a, b) | &Node::Sub(a, b) | &Node::Mul(a, b) | &Node::Div(a, b) => vec![a, b],
             &Node::Min(a, b)
             | &Node::Max(a, b)
@@ -235,7 +244,7 @@ impl Node {
         use Node::*;
         match self {
             Const(_) | Bool(_) | Sense(_) | Slope(_) | Curvature(_) | Live(_) => true,
-            LiveBool(_) | Keyed(_) | Cell(_) | Is(..) => true,
+            LiveBool(_) | Keyed(_) | Cell(_) | Noise(_) | Is(..) => true,
             Linear(_, terms) => terms.is_empty(),
             _ => false,
         }

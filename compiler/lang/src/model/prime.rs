@@ -39,6 +39,12 @@ pub enum NoPrimeKind {
     Third,
     /// A choice whose condition compares values.
     Comparison,
+    /// A live parameter that glides.
+    Glide,
+    /// Noise.
+    Noise,
+    /// What is read from a delay line.
+    Delay,
     /// A friction, or its slip.
     Friction,
     /// A bool.
@@ -190,6 +196,8 @@ impl<'d> PrimePass<'d> {
             Node::Curvature(_) => self.fail(NoPrimeKind::Third, id),
             Node::Trial(..) | Node::Slip(_) => self.fail(NoPrimeKind::Friction, id),
             Node::Cell(cell) => self.cell(cell, id),
+            Node::Noise(_) => self.fail(NoPrimeKind::Noise, id),
+            Node::Tap(..) | Node::Tuned(..) => self.fail(NoPrimeKind::Delay, id),
             Node::Neg(a) => {
                 let a = self.of(a)?;
                 Some(self.neg(a))
@@ -237,6 +245,7 @@ impl<'d> PrimePass<'d> {
             (Some(&rate), _) => Some(self.dag.add(Node::Cell(rate))),
             (None, Some(CellKind::Rate)) => self.fail(NoPrimeKind::Rate, id),
             (None, Some(CellKind::Pulse)) => self.fail(NoPrimeKind::Pulse, id),
+            (None, Some(CellKind::Glide)) => self.fail(NoPrimeKind::Glide, id),
             _ => self.fail(NoPrimeKind::State, id),
         }
     }

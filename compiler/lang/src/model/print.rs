@@ -6,7 +6,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::{Action, CellId, Cmp, Interval, Model, Node, NodeId, Rule, RuleKind};
+use super::{Action, CellId, Cmp, Interval, Model, Node, NodeId, Rule, RuleKind, Side};
 use crate::units::Dim;
 use whippen_ids::IdMap;
 
@@ -133,11 +133,35 @@ impl Printer<'_> {
                 number(c.init)
             )?;
         }
+        self.signals(f)?;
         for m in &model.machines {
             writeln!(f, "machine {}: {}", m.name, m.states.join(", "))?;
         }
         for p in &model.pulses {
             writeln!(f, "pulse {}: {} ticks", p.name, p.ticks)?;
+        }
+        Ok(())
+    }
+
+    /// Noises and delay lines.
+    fn signals(&self, f: &mut Formatter) -> fmt::Result {
+        let model = self.model;
+        for n in &model.noises {
+            let keys = match n.seeds.len() {
+                1 => String::new(),
+                keys => format!(", {keys} keys"),
+            };
+            writeln!(f, "noise {}: from {:#010x}{keys}", n.name, n.first(0))?;
+        }
+        for d in &model.delays {
+            writeln!(
+                f,
+                "delay {}: {} in {}, {} ticks",
+                d.name,
+                d.dim,
+                range(d.range),
+                d.ticks
+            )?;
         }
         Ok(())
     }
@@ -174,12 +198,28 @@ impl Printer<'_> {
         for &(cell, value) in &model.nexts {
             writeln!(f, "next {} = {}", self.cell(cell), self.value(value, 0))?;
         }
+        for d in &model.delays {
+            writeln!(f, "feed {} = {}", d.name, self.value(d.feed, 0))?;
+        }
         for rule in &model.rules {
             self.rule(f, rule)?;
         }
         for force in &model.forces {
             let name = &force.name;
             writeln!(f, "force {name} = {}", self.value(force.value, 0))?;
+        }
+        for sound in &model.sounds {
+            let side = match sound.side {
+                None => "",
+                Some(Side::Left) => " on left",
+                Some(Side::Right) => " on right",
+            };
+            writeln!(
+                f,
+                "sound {}{side} = {}",
+                sound.name,
+                self.value(sound.value, 0)
+            )?;
         }
         Ok(())
     }
@@ -268,6 +308,19 @@ impl Printer<'_> {
             Node::Live(l) | Node::LiveBool(l) => (model.lives[*l as usize].name.clone(), 9),
             Node::Keyed(k) => (model.keyed[*k as usize].name.clone(), 9),
             Node::Cell(c) => (self.cell(*c).to_string(), 9),
+            Node::Noise(n) => (model.noises[n].name.clone(), 9),
+            Node::Tap(d, t) => (
+                format!("{}({} ticks)", model.delays[d].name, self.value(*t, 0)),
+                9,
+            ),
+            Node::Tuned(d, t, _) => (
+                format!(
+                    "tuned({}, {} ticks)",
+                    model.delays[d].name,
+                    self.value(*t, 0)
+                ),
+                9,
+            ),
             Node::Is(m, s) => {
                 let machine = &model.machines[m];
                 (

@@ -35,10 +35,15 @@ impl Node {
             | Node::Sense(_)
             | Node::Slope(_)
             | Node::Curvature(_) => {}
-            Node::Live(_) | Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Is(..) => {}
+            Node::Live(_)
+            | Node::LiveBool(_)
+            | Node::Keyed(_)
+            | Node::Cell(_)
+            | Node::Noise(_)
+            | Node::Is(..) => {}
             Node::Linear(_, terms) => terms.iter_mut().for_each(|(_, x)| change(x)),
             Node::Neg(a) | Node::Abs(a) | Node::Power(a, _) | Node::Not(a) => change(a),
-            Node::Function(_, a) => change(a),
+            Node::Function(_, a) | Node::Tap(_, a) | Node::Tuned(_, a, _) => change(a),
             Node::Add(a, b)
             | Node::Sub(a, b)
             | Node::Mul(a, b)
@@ -75,6 +80,9 @@ impl Model {
             roots.extend(body.hold.as_mut());
             roots.extend(body.friction.as_mut().map(|friction| &mut friction.taken));
         }
+        roots.extend(self.delays.iter_mut().map(|delay| &mut delay.feed));
+        roots.extend(self.sounds.iter_mut().map(|sound| &mut sound.value));
+        roots.extend(&mut self.channels);
         roots.extend(self.nexts.iter_mut().map(|(_, value)| value));
         for rule in &mut self.rules {
             roots.push(&mut rule.guard);

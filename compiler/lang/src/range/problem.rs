@@ -26,6 +26,7 @@ impl Problem {
                     "keep it above zero, for example `{name}(max(.., 0.001))`"
                 ))
             }
+            Problem::OutsideDelay(ticks, held) => outside_delay(model, node, ticks, held),
             Problem::Pushes(slip, law) => pushes(model, node, slip, law),
             Problem::Unbounded => unbounded(model, node, span),
         };
@@ -37,6 +38,45 @@ impl Problem {
 
 fn place(model: &Model, node: NodeId) -> Option<Span> {
     model.spans.get(node).copied().flatten()
+}
+
+/// A time that a delay line may not hold.
+fn outside_delay(model: &Model, node: NodeId, ticks: Interval, held: Interval) -> Diagnostic {
+    let span = place(model, node).unwrap_or_default();
+    let seconds = |ticks: f64| shown(ticks / f64::from(model.rate_hz), Dim::TIME);
+    let (&Node::Tap(delay, _) | &Node::Tuned(delay, ..)) = model.dag.get(node) else {
+        return unbounded(model, node, span);
+    };
+    let delay = &model.delays[delay];
+    let message = format!(
+        "`{}` may be read {} .. {} ago, and it holds {} .. {}",
+        delay.name,
+        seconds(ticks.low),
+        seconds(ticks.high),
+        seconds(held.low),
+        seconds(held.high)
+    );
+    let hint = match ticks.high > held.high {
+        true => format!(
+            "write `lasting {}` or more, or put a `clamp` around the time",
+            seconds(ticks.high)
+        ),
+        false => format!(
+            "the last tick is the nearest: put `max(.., {})` around the time",
+            match held.low > 1.0 {
+                true => "1.3 * tick",
+                false => "tick",
+            }
+        ),
+    };
+    Diagnostic::new(
+        Code::OutsideDelay,
+        span,
+        message,
+        "a time that it may not hold",
+    )
+    .also(delay.span, "declared here")
+    .hint(hint)
 }
 
 fn pushes(model: &Model, node: NodeId, slip: Interval, law: Interval) -> Diagnostic {

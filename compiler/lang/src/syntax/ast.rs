@@ -4,8 +4,12 @@
 //! keep the unit as written, because the formatter prints it back and because rule 8 of the manual
 //! makes number and unit one token.
 
+mod expr;
+mod keyboard;
 mod part;
 
+pub use expr::{Arg, BinOp, Expr, ExprKind, Number};
+pub use keyboard::{Keyboard, Setting, Zone};
 pub use part::BodyPart;
 
 use whippen_source::Span;
@@ -79,66 +83,6 @@ pub struct TypedName {
     pub ty: Name,
 }
 
-/// `keyboard name { .. }`: instruments on a device.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Keyboard {
-    /// The `///` lines before it.
-    pub doc: String,
-    /// Its name.
-    pub name: Name,
-    /// Its settings in the order of the text.
-    pub settings: Vec<Setting>,
-    /// From the keyword to the closing brace.
-    pub span: Span,
-}
-
-/// One line of a keyboard.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Setting {
-    /// `board rp2350`
-    Board(Name),
-    /// `device mikey`
-    Device(Name),
-    /// `device "file"`, without the quotes.
-    DeviceFile(Name),
-    /// `rate 44100 Hz`
-    Rate(Expr),
-    /// `keys A0 .. C8`, by note names.
-    Keys(Name, Name),
-    /// `programs a, b`
-    Programs(Vec<Name>),
-    /// `zones split = { A0 .. B3: a, C4 .. C8: b }`: a program whose keys play different
-    /// instruments.
-    Zones {
-        /// The program.
-        name: Name,
-        /// Its zones in the order of the text.
-        zones: Vec<Zone>,
-        /// From the keyword to the closing brace.
-        span: Span,
-    },
-    /// `instrument.param = { A0: v, C8: v }`, linear between the given notes.
-    PerKey {
-        /// The instrument.
-        instrument: Name,
-        /// Its parameter.
-        param: Name,
-        /// Note name and value, in the order of the text.
-        points: Vec<(Name, Expr)>,
-    },
-}
-
-/// `A0 .. B3: hammond`
-#[derive(Debug, Clone, PartialEq)]
-pub struct Zone {
-    /// Its lowest key, by note name.
-    pub low: Name,
-    /// Its highest key.
-    pub high: Name,
-    /// What its keys play.
-    pub instrument: Name,
-}
-
 /// A declaration inside an instrument or a term.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decl {
@@ -175,7 +119,7 @@ pub enum DeclKind {
         /// Window of the differentiators.
         over: Option<Expr>,
     },
-    /// `[live] param p = v [in a .. b]`
+    /// `[live] param p = v [in a .. b] [glide t]`
     Param {
         /// Whether it may change while playing.
         live: bool,
@@ -185,6 +129,8 @@ pub enum DeclKind {
         value: Expr,
         /// Its bounds.
         range: Option<RangeExpr>,
+        /// How long it takes to move over its whole range.
+        glide: Option<Expr>,
     },
     /// `let name = expr`
     Let {
@@ -245,6 +191,38 @@ pub enum DeclKind {
         /// How long it lasts.
         lasting: Expr,
     },
+    /// `noise name`
+    Noise {
+        /// Its name.
+        name: Name,
+    },
+    /// `delay name: type in a .. b lasting t`
+    Delay {
+        /// Its name; `name(t)` is what was fed `t` ago.
+        name: Name,
+        /// Dimension of what is fed.
+        ty: Name,
+        /// Range of what is fed.
+        range: RangeExpr,
+        /// The longest time ago.
+        lasting: Expr,
+    },
+    /// `feed delay = expr`
+    Feed {
+        /// The delay.
+        delay: Name,
+        /// What goes into it in every tick.
+        value: Expr,
+    },
+    /// `sound label [on left|right] = expr`
+    Sound {
+        /// Label of the term.
+        name: Name,
+        /// The channel; all if absent.
+        side: Option<Name>,
+        /// Its value: -1 .. 1 is full scale.
+        value: Expr,
+    },
     /// `hold body when guard`
     Hold {
         /// The body.
@@ -303,6 +281,10 @@ impl DeclKind {
             DeclKind::Body { name, .. } => ("body", name),
             DeclKind::Event { name, .. } => ("event", name),
             DeclKind::Pulse { name, .. } => ("pulse", name),
+            DeclKind::Noise { name } => ("noise", name),
+            DeclKind::Delay { name, .. } => ("delay", name),
+            DeclKind::Feed { delay, .. } => ("feed", delay),
+            DeclKind::Sound { name, .. } => ("sound", name),
             DeclKind::Hold { body, .. } => ("hold", body),
             DeclKind::Force {
                 turning: true,
@@ -365,96 +347,4 @@ pub enum ActionKind {
         /// How strongly.
         value: Expr,
     },
-}
-
-/// An expression.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Expr {
-    /// What it is.
-    pub kind: ExprKind,
-    /// Where it stands.
-    pub span: Span,
-}
-
-/// The kinds of expression.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ExprKind {
-    /// A number with or without a unit.
-    Number(Number),
-    /// `on` or `off`.
-    Bool(bool),
-    /// A name.
-    Name(String),
-    /// `base.field`: a result of a term.
-    Field(Box<Expr>, Name),
-    /// `callee(a, b, name: c)`: a term, or `min`, `max`, `clamp`, `abs`.
-    Call(Name, Vec<Arg>),
-    /// `e'`
-    Prime(Box<Expr>),
-    /// `-e`
-    Neg(Box<Expr>),
-    /// `not e`
-    Not(Box<Expr>),
-    /// `a op b`
-    Binary(BinOp, Box<Expr>, Box<Expr>),
-    /// `machine is state` (`negated`: `machine is not state`)
-    Is {
-        /// The machine.
-        machine: Name,
-        /// The state asked for.
-        state: Name,
-        /// Whether `not` stands before it.
-        negated: bool,
-    },
-    /// `if c then a else b`
-    If(Box<Expr>, Box<Expr>, Box<Expr>),
-    /// Something that could not be read; a diagnostic has been given already.
-    Error,
-}
-
-/// An argument of a call.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Arg {
-    /// The parameter's name, where it is given.
-    pub name: Option<Name>,
-    /// Its value.
-    pub value: Expr,
-}
-
-/// A number as written.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Number {
-    /// The digits as written (`8e3`).
-    pub text: String,
-    /// Their value, in the unit as written.
-    pub value: f64,
-    /// The unit as written (`N*s/m`), if any.
-    pub unit: Option<String>,
-}
-
-/// Binary operators.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BinOp {
-    /// `+`
-    Add,
-    /// `-`
-    Sub,
-    /// `*`
-    Mul,
-    /// `/`
-    Div,
-    /// `^`
-    Pow,
-    /// `<`
-    Lt,
-    /// `<=`
-    Le,
-    /// `>`
-    Gt,
-    /// `>=`
-    Ge,
-    /// `and`
-    And,
-    /// `or`
-    Or,
 }

@@ -81,7 +81,16 @@ fn begins(token: Token) -> bool {
         || acts
         || matches!(
             token,
-            Instrument | Term | Keyboard | Angle | Position | Inertia | Mass | Torque | Friction
+            Instrument
+                | Term
+                | Keyboard
+                | Angle
+                | Position
+                | Inertia
+                | Mass
+                | Torque
+                | Friction
+                | Sound
         )
 }
 
@@ -335,7 +344,7 @@ impl<'a> Failure<'a> {
     /// Whether the token before is the keyword of a force.
     fn labels_force(&self) -> bool {
         let before = self.index.checked_sub(1).map(|i| self.tokens[i].node);
-        matches!(before, Some(Token::Force | Token::Torque))
+        matches!(before, Some(Token::Force | Token::Torque | Token::Sound))
     }
 
     /// Whether the two tokens before are `param name`.

@@ -109,15 +109,17 @@ fn decl(decl: &Decl) -> String {
             name,
             value,
             range,
+            glide,
         } => {
             let range = range
                 .as_ref()
                 .map_or(String::new(), |r| format!(" in {}", Range(r)));
             format!(
-                "{}param {} = {}{range}",
+                "{}param {} = {}{range}{}",
                 if *live { "live " } else { "" },
                 name.node,
-                Shown(value)
+                Shown(value),
+                optional(" glide ", glide.as_ref())
             )
         }
         DeclKind::Let { name, value } => format!("let {} = {}", name.node, Shown(value)),
@@ -171,6 +173,26 @@ fn decl(decl: &Decl) -> String {
                 Range(range),
                 Shown(lasting)
             )
+        }
+        DeclKind::Noise { name } => format!("noise {}", name.node),
+        DeclKind::Delay {
+            name,
+            ty,
+            range,
+            lasting,
+        } => format!(
+            "delay {}: {} in {} lasting {}",
+            name.node,
+            ty.node,
+            Range(range),
+            Shown(lasting)
+        ),
+        DeclKind::Feed { delay, value } => format!("feed {} = {}", delay.node, Shown(value)),
+        DeclKind::Sound { name, side, value } => {
+            let side = side
+                .as_ref()
+                .map_or(String::new(), |side| format!(" on {}", side.node));
+            format!("sound {}{side} = {}", name.node, Shown(value))
         }
         DeclKind::Hold { body, guard } => format!("hold {} when {}", body.node, Shown(guard)),
         DeclKind::Force {

@@ -120,8 +120,10 @@ tokens! {
         Not "not", Is "is", In "in", On "on", Off "off",
     }
     soft {
-        Every "every", Over "over", Slew "slew", Lasting "lasting", At "at", Angle "angle", Position "position", Rate "rate",
-        Inertia "inertia", Mass "mass", Torque "torque", Friction "friction", Against "against", Board "board", Device "device", Keys "keys",
+        Every "every", Over "over", Slew "slew", Lasting "lasting", Glide "glide", At "at", Angle "angle",
+        Position "position", Rate "rate", Noise "noise", Delay "delay", Feed "feed", Sound "sound",
+        Inertia "inertia", Mass "mass", Torque "torque", Friction "friction", Against "against",
+        Board "board", Device "device", Keys "keys",
         Programs "programs", Zones "zones",
     }
     signs {

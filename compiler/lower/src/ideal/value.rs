@@ -1,10 +1,11 @@
 //! Evaluation of the graph in f64, for one tick.
 
 use super::friction::balanced;
+use super::line::RealLine;
 use super::{KeyState, sense::SenseState};
 use whippen_ids::IdMap;
 use whippen_lang::model::fold::{compare, power};
-use whippen_lang::model::{Balance, Model, Node, NodeId};
+use whippen_lang::model::{Balance, DelayId, Model, Node, NodeId, Noise};
 
 /// What a tick's values are made of.
 pub(super) struct Tick<'a> {
@@ -13,6 +14,7 @@ pub(super) struct Tick<'a> {
     pub key: usize,
     pub state: &'a KeyState,
     pub senses: &'a [SenseState],
+    pub lines: &'a IdMap<DelayId, RealLine>,
 }
 
 impl Tick<'_> {
@@ -51,6 +53,7 @@ impl Tick<'_> {
             key,
             state,
             senses,
+            lines,
         } = *self;
         let of = |n: &NodeId| values[n];
         let is = |n: &NodeId| values[n] != 0.0;
@@ -63,6 +66,9 @@ impl Tick<'_> {
             Node::Live(l) | Node::LiveBool(l) => lives[*l as usize],
             Node::Keyed(k) => *model.keyed[*k as usize].values.get(key).unwrap_or(&0.0),
             Node::Cell(c) => state.cells[c],
+            Node::Noise(n) => Noise::value(state.noises[n]),
+            Node::Tap(d, ticks) => lines[d].at(of(ticks)),
+            Node::Tuned(d, ticks, own) => lines[d].tuned(of(ticks), state.tuned[own]),
             Node::Is(m, s) => f64::from(state.machines[m] == *s),
             Node::Linear(c0, terms) => terms.iter().fold(c0.0, |sum, (c, x)| sum + c.0 * of(x)),
             Node::Add(a, b) => of(a) + of(b),

@@ -145,6 +145,14 @@ impl<'a> Rewriter<'a> {
                 let other = self.add(Node::Is(*m, 1));
                 self.not(other)
             }
+            Node::Tap(delay, ticks) => {
+                let ticks = n(self, ticks);
+                self.add(Node::Tap(*delay, ticks))
+            }
+            Node::Tuned(delay, ticks, own) => {
+                let ticks = n(self, ticks);
+                self.add(Node::Tuned(*delay, ticks, *own))
+            }
             leaf => self.add(leaf.clone()),
         }
     }
@@ -170,10 +178,18 @@ impl<'a> Rewriter<'a> {
 
     /// Whether it is the same for all keys, and stays so from tick to tick.
     fn is_common(&self, node: &Node) -> bool {
-        use Node::{Cell, Curvature, Is, Keyed, Sense, Slope};
+        use Node::{Cell, Curvature, Is, Keyed, Noise, Sense, Slope, Tap, Tuned};
         let of_key = matches!(
             node,
-            Sense(_) | Slope(_) | Curvature(_) | Keyed(_) | Cell(_) | Is(..)
+            Sense(_)
+                | Slope(_)
+                | Curvature(_)
+                | Keyed(_)
+                | Cell(_)
+                | Is(..)
+                | Noise(_)
+                | Tap(..)
+                | Tuned(..)
         );
         !of_key
             && node

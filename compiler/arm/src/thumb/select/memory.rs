@@ -6,7 +6,7 @@ use super::{Binding, Select, TableRow};
 use crate::thumb::func::Terminator;
 use crate::thumb::literal::Literal;
 use crate::thumb::minst::{Access, AliasClass, MInst, Other, Reg, Relocation, Role, VReg};
-use crate::thumb::registers::{HISTORY, RECORD, SAMPLES, STATE};
+use crate::thumb::registers::{RECORD, SAMPLES, STATE};
 use crate::thumb::routine::{OF_STRINGS, StringRoutine};
 use crate::thumb::state_layout::TICK;
 use whippen_isa::{Op as Isa, ShiftType};
@@ -175,7 +175,7 @@ impl Select<'_> {
     }
 
     /// An index, held inside where it is not proven beyond doubt.
-    fn clamp_index(&mut self, index: Value, len: u32) -> VReg {
+    pub(super) fn clamp_index(&mut self, index: Value, len: u32) -> VReg {
         let word = self.reg(index);
         if self.clamp_indices {
             self.clamp_word(word, Range::new(0, i64::from(len) - 1), Type::I32.range())
@@ -252,98 +252,6 @@ impl Select<'_> {
             WORDS_OUT,
             word,
         );
-    }
-
-    /// A load or store of a line, at HISTORY or by a pointer in STATE.
-    fn access_line(&mut self, line: u32, ticks: u32, ops: [[Isa; 2]; 2]) -> MInst {
-        let place = &self.layout.lines[line as usize];
-        let [at_h, by_pointer] = ops[usize::from(!place.narrow)];
-        match self.layout.pointer(line, ticks) {
-            None => MInst::new(at_h).with(Role::N, Self::fixed(HISTORY)),
-            Some(at) => {
-                let pointer = self.load(
-                    Isa::LDR_immediate,
-                    Self::fixed(STATE),
-                    at.into(),
-                    AliasClass::Constant,
-                );
-                let code = MInst::new(by_pointer)
-                    .reg(Role::N, pointer)
-                    .with(Role::M, Self::fixed(HISTORY));
-                with_shift(code, ShiftType::LSL, self.layout.scale(line))
-            }
-        }
-    }
-
-    pub(super) fn read_delay(&mut self, line: u32, ticks: u32) -> VReg {
-        let ticks = if self.layout.lines[line as usize].len == ticks {
-            0
-        } else {
-            ticks
-        };
-        let t = self.func.fresh();
-        let narrow = [Isa::LDRH_immediate, Isa::LDRH_register];
-        let code = self.access_line(
-            line,
-            ticks,
-            [narrow, [Isa::LDR_immediate, Isa::LDR_register]],
-        );
-        self.emit(
-            code.reg(Role::T, t)
-                .access(Access::Read(AliasClass::Line(line))),
-        );
-        t
-    }
-
-    pub(super) fn push_line(&mut self, line: u32, value: Value) {
-        let word = self.reg(value);
-        let narrow = [Isa::STRH_immediate, Isa::STRH_register];
-        let code = self.access_line(line, 0, [narrow, [Isa::STR_immediate, Isa::STR_register]]);
-        let code = code
-            .reg(Role::T, word)
-            .access(Access::Write(AliasClass::Line(line)));
-        let walks = self.push_walks && self.layout.first_line == Some(line);
-        let slot = 1 << self.layout.lines[line as usize].log2();
-        self.emit(if walks {
-            post_increment(code, slot).with(Role::N, Self::fixed(HISTORY))
-        } else {
-            code
-        });
-    }
-
-    /// Where histories are counted from.
-    pub(super) fn histories_base(&mut self) -> Reg {
-        let state = Self::fixed(STATE);
-        match self.layout.apart {
-            None => state,
-            Some(at) => {
-                Reg::Virtual(self.load(Isa::LDR_immediate, state, at.into(), AliasClass::Constant))
-            }
-        }
-    }
-
-    /// The address of this key's slot in a line's first row. Only `init` fills, and its rings stand
-    /// at 0.
-    pub(super) fn first_slot_address(&mut self, line: u32) -> VReg {
-        let layout = self.layout;
-        let scale = layout.scale(line);
-        let first = layout
-            .first_line
-            .map_or(0, |first| i64::from(layout.lines[first as usize].at));
-        let base = self.histories_base();
-        let offset = self.result(
-            MInst::new(Isa::SUB_register)
-                .with(Role::N, Self::fixed(HISTORY))
-                .with(Role::M, base),
-        );
-        let sum = MInst::new(Isa::ADD_register)
-            .with(Role::N, base)
-            .reg(Role::M, offset);
-        let sum = self.result(with_shift(sum, ShiftType::LSL, scale));
-        self.add_constant(
-            sum,
-            i64::from(layout.lines[line as usize].at) - (first << scale),
-        )
     }
 
     pub(super) fn read_table(&mut self, table: u32, column: u32, row: Value) -> VReg {

@@ -74,6 +74,7 @@ impl Select<'_> {
             (Op::SetAt(cell), _) => return self.write_element(cell, a, b),
             (Op::Wave(u, v), _) => return self.call_string([u, v], args),
             (Op::Delay(line, ticks), _) => self.read_delay(line, ticks).into(),
+            (Op::DelayAt(line), _) => self.read_delay_at(line, a).into(),
             (Op::Push(line), _) => return self.push_line(line, a),
             (Op::Fill(line), _) => return self.fill_line(line, a),
             (Op::Lookup(table, column), _) => self.read_table(table, column, a).into(),

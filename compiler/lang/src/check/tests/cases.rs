@@ -431,6 +431,87 @@ pub const MOTION: &[Case] = &[
     ),
     case("too seldom", &["WH0416"], "event e every 3600 s { }"),
     case(
+        "noise, a delay line, sound and a glide",
+        &[],
+        "noise n delay d: length in 0 mm .. 10 mm lasting 5 ms feed d = x \
+         live param v = 0.5 in 0 .. 1 glide 20 ms let past = d(2 ms) let back = tuned(d, 1.5 ms) \
+         sound a = v * n sound b on left = past / 1 m sound c on right = back / 1 m",
+    ),
+    case(
+        "fed twice",
+        &["WH0418"],
+        "delay d: length in 0 mm .. 1 m lasting 5 ms feed d = x feed d = x",
+    ),
+    case(
+        "never fed",
+        &["WH0418"],
+        "delay d: length in 0 mm .. 1 m lasting 5 ms let a = d(1 ms)",
+    ),
+    case(
+        "feed of a state",
+        &["WH0418"],
+        "state s: length in 0 mm .. 1 m feed s = x",
+    ),
+    case(
+        "feed of something else",
+        &["WH0302"],
+        "delay d: force in 0 N .. 1 N lasting 5 ms feed d = x",
+    ),
+    case(
+        "a delay line as a value",
+        &["WH0302"],
+        "delay d: length in 0 mm .. 1 m lasting 5 ms feed d = x let a = d",
+    ),
+    case(
+        "a delay line of two times",
+        &["WH0210"],
+        "delay d: length in 0 mm .. 1 m lasting 5 ms feed d = x let a = d(1 ms, 2 ms)",
+    ),
+    case(
+        "a delay line and a length",
+        &["WH0302"],
+        "delay d: length in 0 mm .. 1 m lasting 5 ms feed d = x let a = d(1 mm)",
+    ),
+    case(
+        "too long a delay line",
+        &["WH0419"],
+        "delay d: length in 0 mm .. 1 m lasting 60 s feed d = x",
+    ),
+    case("tuned of a value", &["WH0302"], "let a = tuned(x, 2 ms)"),
+    case(
+        "prime of what was",
+        &["WH0402"],
+        "delay d: length in 0 mm .. 1 m lasting 5 ms feed d = x let a = d(1 ms)'",
+    ),
+    case("prime of noise", &["WH0402"], "noise n let a = n'"),
+    case(
+        "prime of a glide",
+        &["WH0402"],
+        "live param v = 0.5 in 0 .. 1 glide 20 ms let a = (v * x)'",
+    ),
+    case(
+        "a glide of a constant",
+        &["WH0420"],
+        "param v = 0.5 in 0 .. 1 glide 20 ms",
+    ),
+    case(
+        "a glide of a bool",
+        &["WH0420"],
+        "live param v = on glide 20 ms",
+    ),
+    case(
+        "a glide in metres",
+        &["WH0302"],
+        "live param v = 0.5 in 0 .. 1 glide 20 mm",
+    ),
+    case("a side between", &["WH0620"], "sound a on middle = 0.5"),
+    case("sound in metres", &["WH0302"], "sound a = x"),
+    case(
+        "two sounds of a name",
+        &["WH0202"],
+        "sound a = 0.5 sound a = 0.2",
+    ),
+    case(
         "circle",
         &["WH0401"],
         "let a = b + 1 mm let b = c / 2 let c = a",

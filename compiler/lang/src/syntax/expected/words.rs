@@ -31,7 +31,7 @@ const KINDS: &[WordKind] = &[
         needs: &["let"],
         covers: &[
             "sense", "live", "param", "let", "body", "states", "state", "next", "event", "pulse",
-            "hold", "force", "torque", "defined",
+            "hold", "force", "torque", "noise", "delay", "feed", "sound", "defined",
         ],
         words: false,
     },

@@ -59,10 +59,10 @@ impl Writer<'_> {
         }
     }
 
-    /// Whether the pieces fit on the line, with a comma behind them.
+    /// Whether the pieces fit on the line, with a comma or a brace behind them.
     fn fits(&self, from: usize, to: usize) -> bool {
         let flat = space::flat(self.pieces, self.row, from, to).chars().count();
-        !self.commented(from, to) && self.current.width() + 1 + flat < WIDTH
+        !self.commented(from, to) && self.current.width() + 2 + flat < WIDTH
     }
 
     /// Where the pieces hold together most loosely: every place before which a line may begin.
@@ -125,7 +125,7 @@ impl Writer<'_> {
             Arrow => Some(9),
             Comma => Some(8),
             In | Equals | Assign | When => Some(7),
-            Slew | Over | Lasting | At if behind_value => Some(7),
+            Slew | Over | Lasting | Glide | At if behind_value => Some(7),
             DotDot => Some(6),
             Or => Some(5),
             And => Some(4),

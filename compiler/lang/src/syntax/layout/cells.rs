@@ -29,7 +29,11 @@ impl Cell {
 pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
     let head = row.from..row.block.as_ref().map_or(row.to, |b| b.open);
     let signs: &[(Token, &str)] = match row.kind {
-        RowKind::Param => &[(Token::Equals, "="), (Token::In, "in")],
+        RowKind::Param => &[
+            (Token::Equals, "="),
+            (Token::In, "in"),
+            (Token::Glide, "glide"),
+        ],
         RowKind::Force if is_on_a_sense(pieces, row) => &[(Token::On, "on"), (Token::Equals, "=")],
         RowKind::Definition | RowKind::Force | RowKind::PerKey => &[(Token::Equals, "=")],
         RowKind::State => &[(Token::Colon, ":"), (Token::In, "in"), (Token::Equals, "=")],
@@ -42,7 +46,12 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
         RowKind::Event => &[(Token::When, "when"), (Token::Every, "when")],
         RowKind::Hold => &[(Token::When, "when")],
         RowKind::Part | RowKind::Setting => return vec![(row.from + 1, String::new())],
-        RowKind::Item | RowKind::Sense | RowKind::States | RowKind::Body | RowKind::Action => &[],
+        RowKind::Item
+        | RowKind::Sense
+        | RowKind::States
+        | RowKind::Body
+        | RowKind::Action
+        | RowKind::Noise => &[],
     };
     let mut cuts: Vec<(usize, String)> = Vec::new();
     let mut at = head.start + 1;

@@ -10,14 +10,17 @@ pub(super) enum RowKind {
     Item,
     Sense,
     Param,
-    /// `let`, `next`, a result.
+    /// `let`, `next`, `feed`, a result.
     Definition,
     States,
     State,
     Body,
     Event,
+    /// `pulse`, `delay`.
     Pulse,
     Hold,
+    Noise,
+    /// `force`, `torque`, `sound`.
     Force,
     Transition,
     Part,
@@ -143,9 +146,10 @@ fn decl<'a>(pieces: &[Piece], decl: &'a Decl) -> Start<'a> {
     let (kind, inside) = match &decl.kind {
         DeclKind::Sense { .. } => (RowKind::Sense, Inside::Nothing),
         DeclKind::Param { .. } => (RowKind::Param, Inside::Nothing),
-        DeclKind::Let { .. } | DeclKind::Next { .. } | DeclKind::Result { .. } => {
-            (RowKind::Definition, Inside::Nothing)
-        }
+        DeclKind::Let { .. }
+        | DeclKind::Next { .. }
+        | DeclKind::Feed { .. }
+        | DeclKind::Result { .. } => (RowKind::Definition, Inside::Nothing),
         DeclKind::States { transitions, .. } => {
             let all = transitions
                 .iter()
@@ -162,9 +166,10 @@ fn decl<'a>(pieces: &[Piece], decl: &'a Decl) -> Start<'a> {
             RowKind::Event,
             Inside::Plain(RowKind::Action, starts(actions)),
         ),
-        DeclKind::Pulse { .. } => (RowKind::Pulse, Inside::Nothing),
+        DeclKind::Pulse { .. } | DeclKind::Delay { .. } => (RowKind::Pulse, Inside::Nothing),
+        DeclKind::Noise { .. } => (RowKind::Noise, Inside::Nothing),
         DeclKind::Hold { .. } => (RowKind::Hold, Inside::Nothing),
-        DeclKind::Force { .. } => (RowKind::Force, Inside::Nothing),
+        DeclKind::Force { .. } | DeclKind::Sound { .. } => (RowKind::Force, Inside::Nothing),
     };
     (index(pieces, decl.span.start), kind, inside)
 }

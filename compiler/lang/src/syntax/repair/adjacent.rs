@@ -145,7 +145,7 @@ impl<'s> NumberRepair<'s, '_> {
 
 /// The names that a number could be meant to be multiplied by: declared in this file, or built in.
 fn declared<'s>(tokens: &Tokens<'s>) -> HashSet<&'s str> {
-    use Token::{Angle, Colon, Let, Live, Param, Position, Pulse, Sense, State};
+    use Token::{Angle, Colon, Let, Live, Noise, Param, Position, Pulse, Sense, State};
     let mut names = HashSet::from(["gravity", "pi"]);
     for (i, token) in tokens.iter().enumerate() {
         let Some(name) = token.node.name() else {
@@ -154,7 +154,7 @@ fn declared<'s>(tokens: &Tokens<'s>) -> HashSet<&'s str> {
         let before = i.checked_sub(1).and_then(|b| at(tokens, b));
         let introduced = matches!(
             before,
-            Some(Sense | Param | Live | Let | State | Pulse | Angle | Position)
+            Some(Sense | Param | Live | Let | State | Pulse | Noise | Angle | Position)
         );
         if introduced || matches!(at(tokens, i + 1), Some(Colon)) {
             names.insert(name);

@@ -60,11 +60,14 @@ fn outermost(tokens: &Tokens, i: usize) -> usize {
 /// Whether a declaration of an instrument or a term begins here, and nothing else can.
 fn begins_declaration(tokens: &Tokens, i: usize) -> bool {
     use Token::*;
+    let named = at(tokens, i + 1).is_some_and(|t| t.name().is_some());
     match at(tokens, i) {
         Some(Sense | Live | Param | Let | States | State | Next | Body | Event | Pulse | Hold) => {
             true
         }
-        Some(Force | Torque) => {
+        Some(Feed) => named && defines(tokens, i + 1),
+        Some(Delay) => named && at(tokens, i + 2) == Some(Colon),
+        Some(Force | Torque | Sound) => {
             let is_name = |place: usize| at(tokens, place).is_some_and(|t| t.name().is_some());
             let on_a_sense = at(tokens, i + 2) == Some(On) && is_name(i + 3);
             is_name(i + 1) && (defines(tokens, i + 1) || on_a_sense && defines(tokens, i + 3))

@@ -33,32 +33,49 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
     tokens
 }
 
-/// Whether the name at a place stands behind `force NAME on`, and so is what is pushed.
+/// Whether the name at a place stands behind `force NAME on`, and so is what is pushed, or behind
+/// `sound NAME on`, and so is a side.
 fn is_pushed(tokens: &[Spanned<Token>], i: usize) -> bool {
     let back = |steps: usize| i.checked_sub(steps).and_then(|before| at(tokens, before));
     back(1) == Some(Token::On)
         && back(2).is_some_and(|token| token.name().is_some())
-        && matches!(back(3), Some(Token::Force | Token::Torque))
+        && matches!(back(3), Some(Token::Force | Token::Torque | Token::Sound))
 }
 
-/// Whether the name at a place stands behind a `torque` or `zones` that begins a line: one that is
-/// no name in an expression.
+/// Whether the name at a place stands behind a `torque`, `zones`, `feed` or `sound` that begins a
+/// line: one that is no name in an expression.
 fn is_named_by_keyword(tokens: &[Spanned<Token>], i: usize) -> bool {
     let back = |steps: usize| i.checked_sub(steps).and_then(|before| at(tokens, before));
-    let (torque, zones) = (
-        back(1) == Some(Token::Torque),
-        back(1) == Some(Token::Zones),
-    );
+    let torque = matches!(back(1), Some(Token::Torque | Token::Feed | Token::Sound));
+    let zones = back(1) == Some(Token::Zones);
     (torque || zones)
         && match back(2) {
             Some(Token::Open(_) | Token::Close(_) | Token::Sharp(_) | Token::Text(_)) => true,
+            // `noise torque`, and a definition behind it.
+            Some(Token::Noise) if torque && !follows_sign(back(3)) => false,
+            // A noise may be called as it likes.
+            Some(_) if torque && back(3) == Some(Token::Noise) => true,
             // What these lead is a value, unless they are names themselves.
-            Some(Token::Over | Token::Slew | Token::Lasting | Token::At) if torque => {
-                !back(3).is_some_and(Token::ends_expression)
+            Some(token) if torque && leads_value(token) => {
+                let before = back(3);
+                !before.is_some_and(Token::ends_expression) || before.is_some_and(leads_value)
             }
             // `event name every` leads a value, too.
             Some(Token::Every) if back(4) == Some(Token::Event) => false,
             Some(token) => token.ends_expression(),
             None => false,
         }
+}
+
+/// Whether what stands behind such a token is part of an expression.
+fn follows_sign(before: Option<Token>) -> bool {
+    let ends =
+        |token: Token| token.ends_expression() || matches!(token, Token::Open(_) | Token::Close(_));
+    before.is_some_and(|token| !ends(token))
+}
+
+/// Whether a value follows the word where it is a keyword.
+fn leads_value(token: Token) -> bool {
+    use Token::*;
+    matches!(token, Over | Slew | Lasting | Glide | At)
 }

@@ -1,8 +1,8 @@
 //! Types that are written as units (`kg/m`, `1/s`): their tokens become one, so that a type is one
 //! name to the grammar.
 //!
-//! A type stands behind the colon of `sense`, `state` and `pulse`, and of the parameters and
-//! results of a term; nowhere else is anything joined.
+//! A type stands behind the colon of `sense`, `state`, `pulse` and `delay`, and of the parameters
+//! and results of a term; nowhere else is anything joined.
 
 use super::{Spanned, Tokens, at};
 use crate::syntax::token::Token;
@@ -51,7 +51,11 @@ fn is_one_line(text: &str, first: Span, last: Span) -> bool {
 fn begins_type(tokens: &[Spanned<Token>], i: usize, in_head: bool) -> bool {
     let back = |steps: usize| i.checked_sub(steps).and_then(|before| at(tokens, before));
     back(1) == Some(Token::Colon)
-        && (in_head || matches!(back(3), Some(Token::Sense | Token::State | Token::Pulse)))
+        && (in_head
+            || matches!(
+                back(3),
+                Some(Token::Sense | Token::State | Token::Pulse | Token::Delay)
+            ))
 }
 
 /// The last token of factors joined by `*` and `/`; none where there is but a name.

@@ -193,7 +193,7 @@ impl Dice {
 
     fn decl(&mut self) -> Decl {
         let (name, value) = (self.name(), self.value());
-        let kind = match self.below(12) {
+        let kind = match self.below(16) {
             0 => {
                 let (slew, over) = (self.maybe(Dice::value), self.maybe(Dice::value));
                 DeclKind::Sense {
@@ -209,6 +209,7 @@ impl Dice {
                 name,
                 value,
                 range: self.maybe(Dice::range),
+                glide: self.maybe(Dice::value),
             },
             2 => DeclKind::Let { name, value },
             3 => DeclKind::States {
@@ -248,6 +249,19 @@ impl Dice {
                 turning: self.below(2) == 0,
                 name,
                 on: (self.below(2) == 0).then(|| self.name()),
+                value,
+            },
+            11 => DeclKind::Noise { name },
+            12 => DeclKind::Delay {
+                name,
+                ty: self.ty(),
+                range: self.range(),
+                lasting: value,
+            },
+            13 => DeclKind::Feed { delay: name, value },
+            14 => DeclKind::Sound {
+                name,
+                side: self.maybe(Dice::name),
                 value,
             },
             _ => DeclKind::Result { name, value },

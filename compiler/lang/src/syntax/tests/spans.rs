@@ -88,7 +88,7 @@ places! {
     struct RangeExpr { low high span }
     enum DeclKind {
         Sense { name ty range slew over },
-        Param { name value range },
+        Param { name value range glide },
         Let { name value },
         States { name transitions },
         State { name ty range init },
@@ -96,6 +96,10 @@ places! {
         Body { name parts },
         Event { name trigger actions },
         Pulse { name ty range lasting },
+        Noise { name },
+        Delay { name ty range lasting },
+        Feed { delay value },
+        Sound { name side value },
         Hold { body guard },
         Force { name on value },
         Result { name value },
