@@ -171,21 +171,27 @@ impl Gesture {
 }
 
 /// The dip of a piano's key (m).
-const DIP_M: f64 = 0.010;
+pub const DIP_M: f64 = 0.010;
+
+/// How far the keys of an instrument go (m): as those of a piano, or nine tenths of what it senses
+/// where that is less.
+pub fn dip_m(model: &Model) -> f64 {
+    let (_, end) = sensed(model);
+    if end >= DIP_M { DIP_M } else { 0.9 * end }
+}
 
 /// The bundled gesture of a key of 10 mm.
 pub fn default_gesture() -> Gesture {
     strokes(DIP_M)
 }
 
-/// The bundled gesture of an instrument: strokes of 10 mm, or as far as nine tenths of what it
-/// senses go; turns of a knob.
+/// The bundled gesture of an instrument: strokes as far as its keys [go](dip_m), or turns of a knob.
 pub fn bundled(model: &Model) -> Gesture {
     let (low, end) = sensed(model);
     if model.turns() {
         turns(low, end)
     } else {
-        strokes(if end >= DIP_M { DIP_M } else { 0.9 * end })
+        strokes(dip_m(model))
     }
 }
 

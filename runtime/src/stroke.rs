@@ -22,9 +22,6 @@
 use crate::gesture::Move;
 use crate::midi::Note;
 
-/// Key dip (m).
-pub const DIP_M: f64 = 0.010;
-
 /// Greatest over mean speed of a move of minimum jerk.
 const PEAK: f64 = 15.0 / 8.0;
 
@@ -44,6 +41,8 @@ pub struct Stroke {
     pub note: usize,
     /// When the key begins to go down (s).
     pub start_s: f64,
+    /// When it would have begun, had it been free (s).
+    pub wanted_s: f64,
     /// When it is down (s).
     pub down_s: f64,
     /// Greatest speed going down (m/s), from rest.
@@ -62,30 +61,33 @@ pub fn release_speed(velocity: u8) -> f64 {
     0.1 + 0.3 * f64::from(velocity) / 127.0
 }
 
-/// How long before its note-on a press begins (s).
-pub fn lead_s(velocity: u8) -> f64 {
-    NOTE_AT * PEAK * DIP_M / press_speed(velocity)
+/// How long before its note-on a press begins that goes so far (s).
+fn lead_s(velocity: u8, dip_m: f64) -> f64 {
+    NOTE_AT * PEAK * dip_m / press_speed(velocity)
 }
 
-/// The moves of one key and the stroke of each note. The notes are all on this key, by time;
-/// `later_s` is added to all times.
-pub fn strokes(notes: &[(usize, Note)], later_s: f64) -> (Vec<Move>, Vec<Stroke>) {
+/// The moves of one key, which goes so far (m), and the stroke of each note. The notes are all on
+/// this key, by time; `later_s` is added to all times.
+pub fn strokes(notes: &[(usize, Note)], later_s: f64, dip_m: f64) -> (Vec<Move>, Vec<Stroke>) {
     let (mut moves, mut strokes) = (Vec::new(), Vec::new());
     let mut free_s = f64::NEG_INFINITY;
     for (at, (index, note)) in notes.iter().enumerate() {
         let speed = press_speed(note.velocity);
-        let press_s = PEAK * DIP_M / speed;
-        let start_s = (note.on_s + later_s - NOTE_AT * press_s).max(free_s);
+        let press_s = PEAK * dip_m / speed;
+        let wanted_s = note.on_s + later_s - NOTE_AT * press_s;
+        let start_s = wanted_s.max(free_s);
         let down_s = start_s + press_s;
         let next = notes
             .get(at + 1)
-            .map(|(_, next)| next.on_s + later_s - lead_s(next.velocity));
-        let (rise_s, length_s) = rise(note, later_s, down_s, next);
+            .map(|(_, next)| next.on_s + later_s - lead_s(next.velocity, dip_m));
+        let up_s = PEAK * dip_m / release_speed(note.release);
+        let off_s = (note.off_s + later_s).max(down_s);
+        let (rise_s, length_s) = rise(up_s, off_s, down_s, next);
         free_s = rise_s + TURN_S;
         moves.push(Move {
             start_s,
             duration_s: press_s,
-            to_m: DIP_M,
+            to_m: dip_m,
         });
         moves.push(Move {
             start_s: rise_s,
@@ -95,6 +97,7 @@ pub fn strokes(notes: &[(usize, Note)], later_s: f64) -> (Vec<Move>, Vec<Stroke>
         strokes.push(Stroke {
             note: *index,
             start_s,
+            wanted_s,
             down_s,
             speed_m_per_s: speed,
             from_m: 0.0,
@@ -109,9 +112,7 @@ pub fn strokes(notes: &[(usize, Note)], later_s: f64) -> (Vec<Move>, Vec<Stroke>
 
 /// When a key begins to rise, and how long that takes: when its note ends, but in time for the
 /// next.
-fn rise(note: &Note, later_s: f64, down_s: f64, next: Option<f64>) -> (f64, f64) {
-    let wanted_s = PEAK * DIP_M / release_speed(note.release);
-    let off_s = (note.off_s + later_s).max(down_s);
+fn rise(wanted_s: f64, off_s: f64, down_s: f64, next: Option<f64>) -> (f64, f64) {
     let Some(next_s) = next else {
         return (off_s, wanted_s);
     };
@@ -122,7 +123,7 @@ fn rise(note: &Note, later_s: f64, down_s: f64, next: Option<f64>) -> (f64, f64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gesture::Follower;
+    use crate::gesture::{DIP_M, Follower};
 
     const RATE_HZ: f64 = 44_100.0;
 
@@ -138,7 +139,7 @@ mod tests {
 
     fn motion(notes: &[Note]) -> (Vec<f64>, Vec<Stroke>) {
         let numbered: Vec<(usize, Note)> = notes.iter().copied().enumerate().collect();
-        let (moves, strokes) = strokes(&numbered, 0.5);
+        let (moves, strokes) = strokes(&numbered, 0.5, DIP_M);
         let end_s = moves
             .iter()
             .map(|m| m.start_s + m.duration_s)
@@ -171,7 +172,8 @@ mod tests {
             "80 % of the dip at note-on"
         );
         assert!(
-            (strokes[0].start_s - (0.7 - lead_s(90))).abs() < 1e-12 && strokes[0].from_m == 0.0
+            (strokes[0].start_s - (0.7 - lead_s(90, DIP_M))).abs() < 1e-12
+                && strokes[0].from_m == 0.0
         );
     }
 
@@ -229,5 +231,20 @@ mod tests {
             "re-pressed half way: {:?}",
             strokes[1]
         );
+    }
+
+    #[test]
+    fn a_key_goes_as_far_as_it_can() {
+        let dip_m = 0.9 * 0.008;
+        let notes = [(0, note(0.2, 0.6, 80))];
+        let (moves, strokes) = strokes(&notes, 0.5, dip_m);
+        let mut key = Follower::new(&moves);
+        let deepest = (0..60_000)
+            .map(|i| key.at(f64::from(i) / RATE_HZ))
+            .fold(0.0, f64::max);
+        assert!((deepest - dip_m).abs() < 1e-12, "{deepest}");
+        // The speed is that of the note, whatever the way.
+        let press_s = strokes[0].down_s - strokes[0].start_s;
+        assert!((PEAK * dip_m / press_s - press_speed(80)).abs() < 1e-12);
     }
 }

@@ -91,7 +91,7 @@ fn performance(folder: &Path) -> Option<(String, Vec<u16>)> {
             .filter(move |(_, note)| note.key == key)
     };
     let busiest = (0..128).max_by_key(|&key| of(key).count())?;
-    let (moves, _) = stroke::strokes(&of(busiest).collect::<Vec<_>>(), 0.5);
+    let (moves, _) = stroke::strokes(&of(busiest).collect::<Vec<_>>(), 0.5, DIP_M);
     let ticks = (performance.end_s.min(PERFORMANCE_S) * f64::from(RATE_HZ)) as usize;
     let mut key = Follower::new(&moves);
     let positions: Vec<f64> = (0..ticks)

@@ -10,6 +10,7 @@ use whippen_compiler::model::Model;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
+use whippen_runtime::gesture::DIP_M;
 use whippen_runtime::keyboard::{KeyLog, Outcome, PlayedProgram, PlayingKey, model_of_keys, play};
 use whippen_runtime::midi::{self, Note};
 use whippen_runtime::stroke::{Stroke, strokes};
@@ -277,7 +278,7 @@ fn laid_out(notes: &[Note]) -> (Vec<PlayingKey>, Vec<Vec<Stroke>>) {
             .filter(|(_, n)| n.key == key)
             .collect();
         if !own.is_empty() {
-            let (moves, made) = strokes(&own, 0.5);
+            let (moves, made) = strokes(&own, 0.5, DIP_M);
             out.0.push(PlayingKey {
                 index: usize::from(key - 21),
                 moves,

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::KeyLog;
 use crate::midi::Note;
-use crate::stroke::{Stroke, lead_s};
+use crate::stroke::Stroke;
 
 /// A key that is further down than this (m) when it is pressed again may not have reloaded.
 const RISEN_M: f64 = 2e-3;
@@ -42,8 +42,8 @@ impl PlayedNote {
     }
 
     /// Whether the key was still busy with the note before when it should have gone down.
-    pub fn waited(&self, later_s: f64) -> bool {
-        self.stroke.start_s > self.note.on_s + later_s - lead_s(self.note.velocity) + 1e-6
+    pub fn waited(&self) -> bool {
+        self.stroke.start_s > self.stroke.wanted_s + 1e-6
     }
 
     /// From note-on to the first strike (s). `later_s` is what the performance was moved by.
@@ -161,6 +161,7 @@ mod tests {
             release: 64,
         };
         let stroke = |note, start_s, from_m| Stroke {
+            wanted_s: start_s,
             note,
             start_s,
             down_s: start_s + 0.08,

@@ -106,9 +106,17 @@ pub fn coordinates(page: &mut Drawing, clock: &Clock, place: (f64, f64), series:
         width: 1.5,
     };
     let lines: Vec<Line> = series.iter().copied().enumerate().map(line).collect();
-    let name = quantity(unit_of(&lines));
+    let name = match lines.iter().all(|line| is_heard(line.series.name)) {
+        true => "sound",
+        false => quantity(unit_of(&lines)),
+    };
     let (unit, factor) = shown(unit_of(&lines));
     panel(page, clock, place, (name, unit, factor), &lines);
+}
+
+/// Whether a value of this name is a channel of the sound.
+fn is_heard(name: &str) -> bool {
+    ["sound", "channel_left", "channel_right"].contains(&name)
 }
 
 /// What has a unit; where several have it, what is most likely beside a key.

@@ -154,6 +154,7 @@ pub fn roles(compiled: &Compiled) -> Roles {
         _ => false,
     });
     let coordinates = titles(compiled, &coordinate);
+    let heard = titles(compiled, &|kind| matches!(kind, ExportKind::Channel(_)));
     Roles {
         title: model.name.replace('_', " "),
         travel: first(ExportKind::Sense(0)),
@@ -162,7 +163,7 @@ pub fn roles(compiled: &Compiled) -> Roles {
             &|kind| matches!(kind, ExportKind::Force(f) if is_first(f)),
         ),
         total: first(ExportKind::Total(0)),
-        coordinates: [senses, others, coordinates].concat(),
+        coordinates: [senses, others, coordinates, heard].concat(),
         machines: titles(compiled, &|kind| matches!(kind, ExportKind::Machine(_))),
         mark: marked(model).to_string(),
     }

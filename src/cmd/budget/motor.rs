@@ -9,7 +9,7 @@ use whippen_compiler::model::{Interval, Model};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::stability::{Law, Static, static_force_of, too_strong};
 use whippen_runtime::device::{Device, Motor};
-use whippen_runtime::gesture::Follower;
+use whippen_runtime::gesture::{Follower, dip_m};
 use whippen_runtime::midi::{self, Note};
 use whippen_runtime::motion::{self, MotionOptions};
 use whippen_runtime::motor::{self, Demand, Played, Slice};
@@ -188,7 +188,7 @@ fn positions(model: &Model, args: &BeyondArgs) -> Result<(Vec<f64>, String), Fai
         }
         let performance = midi::load(path).map_err(usage)?;
         let (key, notes) = busiest(&performance.notes);
-        let (moves, _) = strokes(&notes, LATER_S);
+        let (moves, _) = strokes(&notes, LATER_S, dip_m(model));
         let end_s = moves
             .iter()
             .map(|m| m.start_s + m.duration_s)

@@ -7,11 +7,12 @@ use whippen_compiler::check::note_name;
 use whippen_compiler::keyboard::Zone;
 use whippen_compiler::model::EmissionId;
 use whippen_runtime::files::{FileError, write_whole};
+use whippen_runtime::gesture::dip_m;
 use whippen_runtime::keyboard::{KeyLog, Outcome, PlayedNote};
 use whippen_runtime::midi::Performance;
 use whippen_runtime::report::{Cell, Row, Section, Table, id};
 use whippen_runtime::session::{argument_title, argument_titles};
-use whippen_runtime::stroke::{DIP_M, press_speed};
+use whippen_runtime::stroke::press_speed;
 use whippen_runtime::trace::{Argument, EventRow, EventTable, Form};
 
 use super::{LATER_S, PlayedKeyboard, Score, Setup};
@@ -93,7 +94,7 @@ fn is_silent(keyboard: &PlayedKeyboard, zone: &Zone) -> bool {
 }
 
 fn counted(played: &Outcome) -> String {
-    let waited = played.notes.iter().filter(|n| n.waited(LATER_S)).count();
+    let waited = played.notes.iter().filter(|n| n.waited()).count();
     let mut out = format!(
         "{} notes: {} struck, {} did not",
         played.notes.len(),
@@ -259,7 +260,7 @@ impl Performed<'_> {
             ),
             fact("program", keyboard.program().name.replace('_', " ")),
             fact("engine", self.setup.engine.to_string()),
-            fact("strokes", strokes()),
+            fact("strokes", strokes(keyboard)),
         ];
         if keyboard.program().is_split() {
             facts.push(fact("zones", zones(keyboard)));
@@ -274,10 +275,10 @@ impl Performed<'_> {
 }
 
 /// How notes become strokes.
-fn strokes() -> String {
+fn strokes(keyboard: &PlayedKeyboard) -> String {
     format!(
         "synthetic, dip {} mm; velocity 64 is {} m/s, 30 more are twice as fast",
-        DIP_M * 1e3,
+        (dip_m(keyboard.model(0)) * 1e6).round() / 1e3,
         press_speed(64)
     )
 }
@@ -338,7 +339,7 @@ fn worst(played: &Outcome) -> Table {
     let late = |n: &PlayedNote| n.latency_s(LATER_S).unwrap_or_default();
     timed.sort_by(|a, b| late(b).total_cmp(&late(a)));
     let why = |n: &PlayedNote| {
-        if n.waited(LATER_S) {
+        if n.waited() {
             "late: the key was still down for the note before"
         } else {
             "among the latest"

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use whippen_compiler::check::note_name;
-use whippen_runtime::gesture::Move;
+use whippen_runtime::gesture::{Move, dip_m};
 use whippen_runtime::keyboard::PlayingKey;
 use whippen_runtime::midi::{Note, Performance};
 use whippen_runtime::stroke::{Stroke, strokes};
@@ -46,8 +46,8 @@ impl Score {
             let numbered = notes.iter().copied().enumerate();
             let own: Vec<(usize, Note)> = numbered.filter(|(_, n)| n.key == key).collect();
             if !own.is_empty() {
-                let (moves, made) = strokes(&own, LATER_S);
                 let index = usize::from(key - layout.first_note);
+                let (moves, made) = strokes(&own, LATER_S, dip_m(keyboard.model(index)));
                 keys.push(PlayingKey { index, moves });
                 all.push(made);
             }
