@@ -71,7 +71,7 @@ mod tests {
         assert_eq!(
             DEVICE.absent("miky".as_ref()),
             "there is no device `miky`; did you mean `mikey`?\n\
-             devices are knob, mikey; docs/how-to/device.md says how to write a file of your own"
+             devices are knob, mikey, mouse, pad, touch; docs/how-to/device.md says how to write a file of your own"
         );
         assert_eq!(
             BOARD.absent("boards/rp235.toml".as_ref()),

@@ -100,6 +100,19 @@ pub const KEYWORDS: &[(&str, &str)] = &[
         "glide",
         "`glide time`: a live parameter moves towards what is set, at most over its whole range in this time.",
     ),
+    ("at", "`fire pulse at value`: how strong."),
+    (
+        "angle",
+        "`angle phi in low .. high [= first], rate in low .. high [= first]`: the coordinate of a body that turns.",
+    ),
+    (
+        "position",
+        "`position y in low .. high [= first], rate in low .. high [= first]`: the coordinate of a body that slides.",
+    ),
+    (
+        "rate",
+        "The range of a coordinate's rate; in a keyboard, ticks per second.",
+    ),
     (
         "noise",
         "`noise name`: white noise, -1 .. 1, another number in every tick.",
@@ -115,19 +128,6 @@ pub const KEYWORDS: &[(&str, &str)] = &[
     (
         "sound",
         "`sound label = value`: a term of the sound, -1 .. 1; behind the label `on left` or `on right`.",
-    ),
-    ("at", "`fire pulse at value`: how strong."),
-    (
-        "angle",
-        "`angle phi in low .. high [= first], rate in low .. high [= first]`: the coordinate of a body that turns.",
-    ),
-    (
-        "position",
-        "`position y in low .. high [= first], rate in low .. high [= first]`: the coordinate of a body that slides.",
-    ),
-    (
-        "rate",
-        "The range of a coordinate's rate; in a keyboard, ticks per second.",
     ),
     ("inertia", "`inertia value`: of a body that turns."),
     ("mass", "`mass value`: of a body that slides."),
