@@ -185,7 +185,8 @@ pub fn default_gesture() -> Gesture {
     strokes(DIP_M)
 }
 
-/// The bundled gesture of an instrument: strokes as far as its keys [go](dip_m), or turns of a knob.
+/// The bundled gesture of an instrument: strokes as far as its keys [go](dip_m), or turns of a
+/// knob.
 pub fn bundled(model: &Model) -> Gesture {
     let (low, end) = sensed(model);
     if model.turns() {
