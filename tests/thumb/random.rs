@@ -10,7 +10,7 @@ use whippen_compiler::modes::Modes;
 use whippen_emulator::CoreKind;
 
 /// How many kernels, where the environment does not say.
-const KERNELS: u64 = 10_000;
+const KERNELS: u64 = 3_000;
 /// Every so many of them on all cores, the others on the first.
 const ON_ALL: u64 = 10;
 /// From this one on.
