@@ -58,7 +58,7 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 6] = [
+pub const PROGRAMS: [(&str, &str); 7] = [
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",
@@ -73,6 +73,10 @@ pub const PROGRAMS: [(&str, &str); 6] = [
     (
         "rubbed_mass.whip",
         include_str!("../programs/rubbed_mass.whip"),
+    ),
+    (
+        "plucked_string.whip",
+        include_str!("../programs/plucked_string.whip"),
     ),
 ];
 

@@ -39,6 +39,7 @@ mod report;
 mod rings;
 mod sound;
 mod stability;
+mod strings;
 mod strokes;
 mod tables;
 mod told;
