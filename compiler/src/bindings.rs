@@ -52,8 +52,8 @@ pub struct LiveInterface {
     pub init: i32,
     /// Fraction bits of the integer.
     pub fraction_bits: i32,
-    /// Unit of the value; empty for a bool.
-    pub unit: String,
+    /// Unit of the value, `1` for a plain number; none for a bool.
+    pub unit: Option<String>,
 }
 
 /// An argument of an event.
@@ -63,7 +63,7 @@ pub struct Argument {
     pub name: String,
     /// Fraction bits of the integer.
     pub fraction_bits: i32,
-    /// Unit of the value.
+    /// Unit of the value, `1` for a plain number.
     pub unit: String,
 }
 

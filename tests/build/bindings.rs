@@ -19,7 +19,15 @@ fn interface() -> Interface {
         range,
         init,
         fraction_bits,
-        unit: unit.into(),
+        unit: Some(unit.into()),
+    };
+    let switch = LiveInterface {
+        name: "Loud".into(),
+        at: 28,
+        range: (0, 1),
+        init: 1,
+        fraction_bits: 0,
+        unit: None,
     };
     let speed = Argument {
         name: "speed".into(),
@@ -38,6 +46,7 @@ fn interface() -> Interface {
         lives: vec![
             live("weight", 20, (i32::MIN, 1 << 30), -7, 30, "N"),
             live("slow", 24, (0, 9), 1, -2, "N*s/m"),
+            switch,
         ],
         events: vec![
             EventInterface {
@@ -173,7 +182,7 @@ fn the_module_is_rust_over_fixed() {
         std::fs::write(path, &made).expect("written");
     }
     assert_eq!(std::fs::read_to_string(path).expect("there"), made);
-    use probe_module::{SLOW_MAX, WEIGHT_INIT, WEIGHT_MIN, X_LSB_M, note_speed};
+    use probe_module::{SLOW_MAX, WEIGHT_INIT, WEIGHT_MIN, X_LSB_M};
     assert_eq!(
         (WEIGHT_MIN.to_num::<f64>(), WEIGHT_INIT.to_bits(), SLOW_MAX),
         (-2.0, -7, 9)
@@ -185,7 +194,7 @@ fn the_module_is_rust_over_fixed() {
         args: [3 << 27],
     };
     assert_eq!(
-        (note_speed(&event).to_num::<f64>(), X_LSB_M),
+        (event.note_speed().to_num::<f64>(), X_LSB_M),
         (1.5, 1.678e-7)
     );
 }

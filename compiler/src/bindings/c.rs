@@ -71,14 +71,18 @@ fn ports(text: &mut String, big: &str, kind: &str, ports: &[PortInterface]) {
 fn live_constants(text: &mut String, big: &str, own: &Interface) {
     for live in &own.lives {
         let name = live.name.to_uppercase();
-        let unit = if live.unit.is_empty() {
-            "a bool".to_string()
-        } else {
-            format!("in {}", live.unit)
+        let Some(unit) = &live.unit else {
+            let _ = writeln!(
+                text,
+                "\n/* Live value `{}`, a switch. */\n#define {big}_{name}_INIT {}",
+                live.name,
+                live.init != 0
+            );
+            continue;
         };
         let _ = writeln!(
             text,
-            "\n/* Live value `{}`, {unit}: value = integer / 2^{} */\n\
+            "\n/* Live value `{}`, in {unit}: value = integer / 2^{} */\n\
              #define {big}_{name}_MIN {}\n#define {big}_{name}_MAX {}\n#define {big}_{name}_INIT {}\n\
              #define {big}_{name}_FRACTION_BITS {}",
             live.name,
@@ -106,7 +110,7 @@ fn event_constants(text: &mut String, big: &str, own: &Interface) {
                 "/* args[{index}] is `{}` in {}: value = integer / 2^{bits} */\n#define {big}_{name}_{arg_name} {index}\n\
                  #define {big}_{name}_{arg_name}_FRACTION_BITS {bits}",
                 arg.name,
-                if arg.unit.is_empty() { "1" } else { &arg.unit },
+                arg.unit,
                 bits = arg.fraction_bits
             );
         }
@@ -172,6 +176,15 @@ fn setters(text: &mut String, big: &str, own: &Interface) {
     let name = &own.name;
     for live in &own.lives {
         let (field, upper) = (&live.name, live.name.to_uppercase());
+        if live.unit.is_none() {
+            let _ = writeln!(
+                text,
+                "/* Sets `{field}` from the next tick on. */\n\
+                 static inline void {name}_set_{field}(struct {name}_state *state, bool value)\n{{\n\
+                 \x20   state->live_{field} = value;\n}}\n"
+            );
+            continue;
+        }
         let _ = writeln!(
             text,
             "/* Sets `{field}` from the next tick on; false, and nothing is changed, if it is out of range. */\n\
