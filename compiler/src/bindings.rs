@@ -21,6 +21,7 @@ mod interface;
 mod rust;
 
 use whippen_c99::Component;
+use whippen_isa::Arch;
 
 pub use c::c_header;
 pub use c_source::c_source;
@@ -115,6 +116,8 @@ pub struct Interface {
     pub events: Vec<EventInterface>,
     /// Where they collect, if there are any.
     pub ring: Option<Ring>,
+    /// What the machine code was made for; none for C text.
+    pub arch: Option<Arch>,
     /// The kernel, where the code is C text; its state lies behind everything.
     pub component: Option<Component>,
 }

@@ -4,7 +4,9 @@ use whippen_compiler::bindings::{
     Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring, c_header, rust_module,
 };
 
-use crate::tools::Folder;
+use whippen_isa::Arch;
+
+use crate::tools::{Folder, text};
 
 fn interface() -> Interface {
     let port = |name: &str, lsb, zero, unit: &str| PortInterface {
@@ -64,6 +66,7 @@ fn interface() -> Interface {
             record_bytes: 16,
             tick_bytes_max: 96,
         }),
+        arch: Some(Arch::V8M),
         component: None,
     }
 }
@@ -154,6 +157,27 @@ fn the_header_is_strict_c_for_the_target() {
     }
 }
 
+/// Linkers say nothing where code for a larger core is joined with that of a smaller one.
+#[test]
+fn the_header_refuses_a_core_that_lacks_its_instructions() {
+    let folder = used();
+    for (core, taken) in [
+        ("cortex-m0plus", false),
+        ("cortex-m4", false),
+        ("cortex-m33+nodsp", false),
+        ("cortex-m33", true),
+        ("cortex-m55", true),
+    ] {
+        let cpu = format!("-mcpu={core}");
+        let Some(output) = folder.output("arm-none-eabi-gcc", &[&cpu, "-c", "use.c"]) else {
+            return;
+        };
+        let told = text(&output.stderr);
+        assert_eq!(output.status.success(), taken, "{core}: {told}");
+        assert!(taken || told.contains("code for a Cortex-M33"), "{told}");
+    }
+}
+
 const CPP: &[&str] = &["-std=c++17", "-x", "c++", "-c"];
 
 #[test]
@@ -163,7 +187,8 @@ fn the_header_is_strict_cpp() {
 
 #[test]
 fn the_header_is_strict_cpp_for_the_target() {
-    compile(&used(), "arm-none-eabi-g++", CPP);
+    let flags = [&["-mcpu=cortex-m33"], CPP].concat();
+    compile(&used(), "arm-none-eabi-g++", &flags);
 }
 
 /// The module as it was last accepted; `WHIPPEN_BLESS=1` writes it anew.

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::{Holds, Interface, PortInterface, number, unit_name};
+use whippen_isa::Arch;
 
 /// A header for C99 and C++.
 pub fn c_header(own: &Interface) -> String {
@@ -29,6 +30,7 @@ pub fn c_header(own: &Interface) -> String {
             None => own.state_bytes.to_string(),
         },
     );
+    refuse_older_cores(&mut text, own);
     ports(&mut text, &big, "INPUT", &own.inputs.1);
     ports(&mut text, &big, "OUTPUT", &own.outputs.1);
     live_constants(&mut text, &big, own);
@@ -45,6 +47,24 @@ pub fn c_header(own: &Interface) -> String {
     reader(&mut text, &big, own);
     text += "#ifdef __cplusplus\n}\n#endif\n\n#endif\n";
     text
+}
+
+/// Linkers join code for different cores in silence, so the header asks for which one it is
+/// compiled (ACLE, `__ARM_ARCH` and `__ARM_FEATURE_DSP`).
+fn refuse_older_cores(text: &mut String, own: &Interface) {
+    let (needed, core) = match own.arch {
+        None | Some(Arch::V6M) => return,
+        Some(Arch::V7EM) => ("__ARM_ARCH < 7 || !defined(__ARM_FEATURE_DSP)", "Cortex-M4"),
+        Some(Arch::V8M) => (
+            "__ARM_ARCH < 8 || !defined(__ARM_FEATURE_DSP)",
+            "Cortex-M33",
+        ),
+    };
+    let _ = writeln!(
+        text,
+        "\n#if defined(__arm__) && ({needed})\n#error \"{} holds code for a {core}: compile with its -mcpu, or build for another board\"\n#endif",
+        own.name
+    );
 }
 
 fn ports(text: &mut String, big: &str, kind: &str, ports: &[PortInterface]) {

@@ -7,6 +7,7 @@ use super::{Argument, EventInterface, Interface, LiveInterface, PortInterface, R
 use crate::pipeline::Compiled;
 use whippen_arm::thumb::{StateLayout, event_ring};
 use whippen_c99::{component, spelled};
+use whippen_isa::Arch;
 use whippen_kernel::Verified;
 use whippen_lang::model::EmissionId;
 use whippen_lang::units::Dim;
@@ -15,7 +16,13 @@ use whippen_lower::LoweredEventKind;
 impl Interface {
     /// What who calls the machine code of `compiled` must know: it was built under this name, for
     /// so many keys, with this layout.
-    pub fn of(compiled: &Compiled, name: &str, keys: u32, layout: &StateLayout) -> Interface {
+    pub fn of(
+        compiled: &Compiled,
+        name: &str,
+        keys: u32,
+        layout: &StateLayout,
+        arch: Arch,
+    ) -> Interface {
         let most = event_ring(&compiled.lowered.kernel, keys).map_or(0, |(_, most)| most);
         let ring = layout.events().map(|ring| Ring {
             at: ring.start,
@@ -31,7 +38,10 @@ impl Interface {
             ring,
             state_bytes: layout.size(),
         };
-        Interface::at(compiled, name, keys, places)
+        Interface {
+            arch: Some(arch),
+            ..Interface::at(compiled, name, keys, places)
+        }
     }
 
     /// What who calls C text of `compiled` must know, and the kernel in it.
@@ -95,6 +105,7 @@ impl Interface {
             lives,
             events,
             ring: places.ring,
+            arch: None,
             component: None,
         }
     }
