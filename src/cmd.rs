@@ -27,6 +27,7 @@ mod progress;
 mod proof;
 mod run;
 mod setup;
+mod strings;
 mod tour;
 mod watch;
 

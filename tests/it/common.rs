@@ -58,7 +58,7 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 7] = [
+pub const PROGRAMS: [(&str, &str); 8] = [
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",
@@ -74,6 +74,10 @@ pub const PROGRAMS: [(&str, &str); 7] = [
     (
         "rubbed_mass.whip",
         include_str!("../programs/rubbed_mass.whip"),
+    ),
+    (
+        "plucked_string.whip",
+        include_str!("../programs/plucked_string.whip"),
     ),
 ];
 

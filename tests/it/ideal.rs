@@ -10,7 +10,7 @@ use whippen_runtime::compare::{Comparison, compare};
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 
-use crate::common;
+use crate::{common, strings};
 
 fn against_ideal(compiled: &Compiled, positions_m: &[f64]) -> Comparison {
     compare(
@@ -160,6 +160,7 @@ fn adopted(compiled: &Compiled, interp: &Interp, tick: usize) -> KeyState {
                 word.unwrap_or(0) as f64 * fed_lsb(compiled, *line) / 16.0
             })
             .collect(),
+        strands: strings::adopted(compiled, interp).into_iter().collect(),
     }
 }
 
@@ -225,6 +226,7 @@ pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (us
             compared += 1;
         }
         compared += updates_stay_within(compiled, &interp, &ideal, noise);
+        compared += strings::stay_within(compiled, &interp, &ideal);
     }
     (compared, ties)
 }

@@ -40,6 +40,7 @@ mod report;
 mod rings;
 mod sound;
 mod stability;
+mod strings;
 mod strokes;
 mod tables;
 mod told;

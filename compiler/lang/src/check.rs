@@ -58,6 +58,7 @@ mod shared_senses;
 mod slot;
 mod sound;
 mod states;
+pub mod strand;
 mod types;
 mod walk;
 mod zones;

@@ -151,7 +151,10 @@ impl Lowerer<'_> {
         let dag = &self.step.model.dag;
         let is_kept = |id: &NodeId| {
             let node = dag.get(*id);
-            matches!(node, Node::Cell(_) | Node::Tap(..) | Node::Tuned(..))
+            matches!(
+                node,
+                Node::Cell(_) | Node::Tap(..) | Node::Tuned(..) | Node::Read(..)
+            )
         };
         dag.below(node).iter().any(is_kept)
     }

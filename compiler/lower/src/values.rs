@@ -80,6 +80,11 @@ impl Lowerer<'_> {
             Node::Noise(n) => self.noise(n),
             Node::Tap(delay, ticks) => self.tap(delay, ticks),
             Node::Tuned(delay, ticks, own) => self.tuned(delay, ticks, own),
+            Node::Read(strand, reading, place) => self.read_string(strand, reading, place),
+            Node::Grid(strand, number) => {
+                let value = self.step.model.strands[strand].number(number);
+                self.constant_real(value, Scale::plain(lsb))
+            }
             Node::Linear(c0, ref terms) => {
                 let terms: Vec<Term> = terms
                     .iter()

@@ -69,6 +69,15 @@ fn list(emitted: &[Emitted]) {
         say!("  {:>9.4} s  {}{args}", event.t_s, event.event);
     }
     many.iter().for_each(|kind| say!("  {}", counted(kind)));
+    let begun = emitted
+        .iter()
+        .find(|kind| kind.first.iter().any(|event| event.t_s == 0.0));
+    if let Some(kind) = begun {
+        say!(
+            "  {} in the very first tick: does the first state of a machine fit where the motion begins?",
+            kind.event
+        );
+    }
 }
 
 /// Many events of a kind in a line.

@@ -56,6 +56,11 @@ impl<'a> Elaborator<'a, '_> {
     pub fn declare_body(&mut self, scope: ScopeId, name: &'a Name, parts: &'a [BodyPart]) -> Made {
         let body = self.declare_coordinates(scope, name, parts);
         self.declare_frictions(scope, name, body, parts);
+        let here = &self.scopes[scope.0];
+        if let Some(first) = here.strands.get(name.node.as_str()) {
+            let first = first.span;
+            self.duplicate("body", name, first, "already the name of a string");
+        }
         match self.scopes[scope.0].bodies.get(name.node.as_str()) {
             Some(first) => self.duplicate("body", name, first.span, "a second body of this name"),
             None => drop(self.scopes[scope.0].bodies.insert(
@@ -329,6 +334,10 @@ impl<'a> Elaborator<'a, '_> {
     /// `hold body when guard`
     pub fn hold(&mut self, scope: ScopeId, name: &Name, guard: &'a Expr) {
         let condition = self.condition(scope, guard, "the condition of `hold`");
+        let string = self.scopes[scope.0].strands.get(name.node.as_str());
+        if let Some(id) = string.map(|entry| entry.id) {
+            return self.hold_string(id, condition, guard.span);
+        }
         let Some(label) = self.scopes[scope.0].bodies.get(name.node.as_str()) else {
             let here = &self.scopes[scope.0];
             let hint = match nearest(&name.node, here.bodies.keys().copied()) {

@@ -5,8 +5,10 @@ use super::elaborate::Elaborator;
 use super::friction::Rubbed;
 use super::param::ParamDecl;
 use super::scope::ScopeId;
+use super::strand::TunedLine;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
+use crate::model::StrandId;
 use crate::syntax::ast::{BodyPart, Expr};
 use whippen_source::Span;
 
@@ -41,6 +43,8 @@ pub enum Source<'a> {
     Param(ScopeId, ParamDecl<'a>),
     /// The acceleration of a body (index into the Model's), with all that stands in it.
     Body(ScopeId, usize, &'a [BodyPart]),
+    /// The tension that a string is tuned by.
+    Tension(StrandId, TunedLine<'a>),
     /// The slip that a friction tries, of the body it stands in.
     Trial(ScopeId, usize, Rubbed<'a>),
     /// The force of a friction, of the body it stands in.
@@ -104,6 +108,7 @@ impl<'a> Elaborator<'a, '_> {
             }
             Source::Param(scope, decl) => self.param(scope, decl),
             Source::Body(scope, index, parts) => self.body(scope, index, parts),
+            Source::Tension(id, line) => self.tuned_tension(id, line),
             Source::Trial(scope, index, rubbed) => self.trial(scope, index, rubbed),
             Source::Friction(scope, index, rubbed) => self.friction(scope, index, rubbed),
         }

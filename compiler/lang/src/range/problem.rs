@@ -3,7 +3,7 @@
 
 use super::{LIMIT, Problem};
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Interval, Model, Node, NodeId};
+use crate::model::{Interval, Model, Node, NodeId, Strand};
 use crate::units::{Dim, shown, shown_range};
 use whippen_source::Span;
 
@@ -27,6 +27,10 @@ impl Problem {
                 ))
             }
             Problem::OutsideDelay(ticks, held) => outside_delay(model, node, ticks, held),
+            Problem::OutsideString(places) => match model.dag.get(node) {
+                Node::Read(strand, ..) => outside_string(&model.strands[strand], span, places),
+                _ => unbounded(model, node, span),
+            },
             Problem::Pushes(slip, law) => pushes(model, node, slip, law),
             Problem::Unbounded => unbounded(model, node, span),
         };
@@ -77,6 +81,35 @@ fn outside_delay(model: &Model, node: NodeId, ticks: Interval, held: Interval) -
     )
     .also(delay.span, "declared here")
     .hint(hint)
+}
+
+/// A place that may lie outside of a string.
+pub fn outside_string(strand: &Strand, span: Span, places: Interval) -> Diagnostic {
+    let start = strand.along.low;
+    let placed = Interval {
+        low: places.low + start,
+        high: places.high + start,
+    };
+    let message = match placed.low == placed.high {
+        true => format!(
+            "{} is outside of the string `{}`",
+            shown(placed.low, Dim::LENGTH),
+            strand.name
+        ),
+        false => format!(
+            "this place may be {}, and the string `{}` does not reach so far",
+            shown_range(placed, Dim::LENGTH),
+            strand.name
+        ),
+    };
+    let ends = shown_range(strand.along, Dim::LENGTH);
+    let hint = match placed.low == placed.high {
+        true => format!("it goes from {}", ends.replace(" .. ", " to ")),
+        false => "put a `clamp` around the place".to_string(),
+    };
+    Diagnostic::new(Code::OutsideString, span, message, "no part of the string")
+        .also(strand.span, format!("along {ends}"))
+        .hint(hint)
 }
 
 fn pushes(model: &Model, node: NodeId, slip: Interval, law: Interval) -> Diagnostic {

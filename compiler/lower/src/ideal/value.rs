@@ -69,6 +69,11 @@ impl Tick<'_> {
             Node::Noise(n) => Noise::value(state.noises[n]),
             Node::Tap(d, ticks) => lines[d].at(of(ticks)),
             Node::Tuned(d, ticks, own) => lines[d].tuned(of(ticks), state.tuned[own]),
+            Node::Read(s, reading, place) => {
+                let strand = &model.strands[s];
+                state.strands[s].read(strand, *reading, of(place), model.rate_hz)
+            }
+            Node::Grid(s, number) => model.strands[s].number(*number),
             Node::Is(m, s) => f64::from(state.machines[m] == *s),
             Node::Linear(c0, terms) => terms.iter().fold(c0.0, |sum, (c, x)| sum + c.0 * of(x)),
             Node::Add(a, b) => of(a) + of(b),

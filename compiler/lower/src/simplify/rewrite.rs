@@ -149,6 +149,10 @@ impl<'a> Rewriter<'a> {
                 let ticks = n(self, ticks);
                 self.add(Node::Tap(*delay, ticks))
             }
+            Node::Read(strand, reading, place) => {
+                let place = n(self, place);
+                self.add(Node::Read(*strand, *reading, place))
+            }
             Node::Tuned(delay, ticks, own) => {
                 let ticks = n(self, ticks);
                 self.add(Node::Tuned(*delay, ticks, *own))
@@ -178,7 +182,7 @@ impl<'a> Rewriter<'a> {
 
     /// Whether it is the same for all keys, and stays so from tick to tick.
     fn is_common(&self, node: &Node) -> bool {
-        use Node::{Cell, Curvature, Is, Keyed, Noise, Sense, Slope, Tap, Tuned};
+        use Node::{Cell, Curvature, Is, Keyed, Noise, Read, Sense, Slope, Tap, Tuned};
         let of_key = matches!(
             node,
             Sense(_)
@@ -190,6 +194,7 @@ impl<'a> Rewriter<'a> {
                 | Noise(_)
                 | Tap(..)
                 | Tuned(..)
+                | Read(..)
         );
         !of_key
             && node
