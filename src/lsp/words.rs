@@ -186,6 +186,10 @@ pub const KEYWORDS: &[(&str, &str)] = &[
         "zones",
         "`zones name = { low .. high: instrument, .. }`: a program whose keys play different instruments; every key is in one zone.",
     ),
+    (
+        "bank",
+        "`bank name over i in 0 .. n { .. }`: its declarations once for each member; outside `sum(name.x)` and `name[2].x`.",
+    ),
 ];
 
 /// A function or a constant: name, how it is written, what it is.

@@ -22,6 +22,7 @@
 //! (the simplifier).
 
 mod action;
+mod bank;
 mod body;
 mod builtin;
 mod call;

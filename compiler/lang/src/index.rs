@@ -58,6 +58,10 @@ pub enum NameKind {
     Body,
     /// A string.
     String,
+    /// A bank.
+    Bank,
+    /// The number of a member of a bank.
+    Number,
     /// A named event.
     Event,
     /// The label of a force term.
@@ -83,6 +87,8 @@ impl NameKind {
                 | Coordinate
                 | Tension
                 | Friction
+                | Bank
+                | Number
                 | Parameter
                 | Result
         )
@@ -113,6 +119,8 @@ impl NameKind {
             NameKind::MachineState => "state",
             NameKind::Body => "body",
             NameKind::String => "string",
+            NameKind::Bank => "bank",
+            NameKind::Number => "number of a member",
             NameKind::Event => "event",
             NameKind::Force => "force term",
             NameKind::Sound => "sound",

@@ -10,6 +10,9 @@ use crate::syntax::ast::{self, ActionKind, Expr, Name};
 use crate::units::Dim;
 use whippen_source::Span;
 
+/// The argument that tells which member of a bank an event is of.
+const MEMBER: &str = "member";
+
 impl<'a> Elaborator<'a, '_> {
     /// One action; `None` if it is in error.
     pub fn action(&mut self, scope: ScopeId, action: &'a ast::Action) -> Option<Action> {
@@ -46,7 +49,7 @@ impl<'a> Elaborator<'a, '_> {
 
     /// The cell that a write changes.
     fn written(&mut self, scope: ScopeId, name: &Name, rate: bool) -> Option<CellId> {
-        let entry = self.lookup(scope, &name.node, name.span)?;
+        let entry = self.lookup_written(scope, name)?;
         match (entry.thing, rate) {
             (Thing::Broken, _) => None,
             (Thing::State(cell, _), false) | (Thing::Coordinate(cell, _, _), false) => Some(cell),
@@ -89,7 +92,7 @@ impl<'a> Elaborator<'a, '_> {
 
     fn fire(&mut self, scope: ScopeId, name: &Name, value: &'a Expr, span: Span) -> Option<Action> {
         let found = self.expr(scope, value);
-        let entry = self.lookup(scope, &name.node, name.span)?;
+        let entry = self.lookup_written(scope, name)?;
         match entry.thing {
             Thing::Pulse(pulse, level) => {
                 let node = self.expect(found?, value, level.ty, || {
@@ -126,6 +129,8 @@ impl<'a> Elaborator<'a, '_> {
             .map(|(arg, value)| self.emitted(scope, arg, value))
             .collect();
         self.repeated_names(args)?;
+        let named = args.iter().any(|(arg, _)| arg.node == MEMBER);
+        let member = self.emitting_member(scope, span).filter(|_| !named);
         let emission = match builtin::event(&name.node) {
             Some(event) => {
                 let args = event
@@ -133,20 +138,18 @@ impl<'a> Elaborator<'a, '_> {
                     .iter()
                     .map(|(n, dim)| ((*n).to_string(), *dim))
                     .collect();
-                self.emission(
-                    Emission {
-                        name: name.node.clone(),
-                        args,
-                    },
-                    name.span,
-                )
+                self.emission(name, args, member.is_some())
             }
-            None => self.free_emission(name, args, &values)?,
+            None => self.free_emission(name, args, &values, member.is_some())?,
         };
-        self.match_arguments(emission, name, args)?;
+        self.match_arguments(emission, name, args, member.is_some())?;
         let wanted = self.model.emissions[emission].args.clone();
         let mut nodes = Vec::new();
         for (arg, dim) in &wanted {
+            if let Some(member) = member.filter(|_| arg == MEMBER) {
+                nodes.push(Some(member.node));
+                continue;
+            }
             let index = args.iter().position(|(n, _)| n.node == *arg)?;
             let what = || format!("`{arg}` of `{}`", name.node);
             nodes.push(
@@ -194,6 +197,7 @@ impl<'a> Elaborator<'a, '_> {
         name: &Name,
         args: &[(Name, Expr)],
         values: &[Option<Value>],
+        of_member: bool,
     ) -> Option<EmissionId> {
         let emissions = &self.model.emissions;
         let known = emissions.ids().find(|id| emissions[id].name == name.node);
@@ -206,16 +210,24 @@ impl<'a> Elaborator<'a, '_> {
             .zip(dims?)
             .map(|((n, _), dim)| (n.node.clone(), dim))
             .collect();
-        Some(self.emission(
+        Some(self.emission(name, args, of_member))
+    }
+
+    /// The kind of an event; those of members of a bank say which.
+    fn emission(
+        &mut self,
+        name: &Name,
+        mut args: Vec<(String, Dim)>,
+        of_member: bool,
+    ) -> EmissionId {
+        args.extend(of_member.then(|| (MEMBER.to_string(), Dim::NUMBER)));
+        let (emission, span) = (
             Emission {
                 name: name.node.clone(),
                 args,
             },
             name.span,
-        ))
-    }
-
-    fn emission(&mut self, emission: Emission, span: Span) -> EmissionId {
+        );
         let emissions = &self.model.emissions;
         let known = emissions
             .ids()
@@ -232,6 +244,7 @@ impl<'a> Elaborator<'a, '_> {
         id: EmissionId,
         name: &Name,
         args: &[(Name, Expr)],
+        of_member: bool,
     ) -> Option<()> {
         let wanted: Vec<String> = self.model.emissions[id]
             .args
@@ -261,8 +274,19 @@ impl<'a> Elaborator<'a, '_> {
             );
             good = None;
         }
+        if of_member && !names.iter().any(|n| n == MEMBER) {
+            let message = format!(
+                "`{}` is emitted in a bank, where it has the argument `{MEMBER}`, and outside of it",
+                name.node
+            );
+            let hint = "give the two events different names";
+            let label = "in a bank";
+            self.report_emission(Code::UnknownArgument, id, name.span, message, label, hint);
+            good = None;
+        }
         let missing: Vec<&str> = names
             .iter()
+            .filter(|n| !(of_member && **n == MEMBER))
             .filter(|n| args.iter().all(|(a, _)| a.node != **n))
             .map(String::as_str)
             .collect();

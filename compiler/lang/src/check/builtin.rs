@@ -50,6 +50,10 @@ pub enum Builtin {
     Abs,
     /// The square root.
     Sqrt,
+    /// The own one of a member of a bank.
+    Each,
+    /// A value of all members of a bank, added.
+    Sum,
     /// A delay line, a time ago, without loss.
     Tuned,
     /// A function of a plain number.
@@ -72,7 +76,7 @@ impl Signature {
     pub fn can_be_hidden(&self) -> bool {
         matches!(
             self.function,
-            Builtin::Sqrt | Builtin::Tuned | Builtin::Of(_)
+            Builtin::Sqrt | Builtin::Tuned | Builtin::Each | Builtin::Sum | Builtin::Of(_)
         )
     }
 }
@@ -96,6 +100,8 @@ pub const FUNCTIONS: &[Signature] = &[
     signature("clamp", Builtin::Clamp, &["value", "low", "high"]),
     signature("abs", Builtin::Abs, &["value"]),
     signature("sqrt", Builtin::Sqrt, &["value"]),
+    signature("each", Builtin::Each, &["a", "b", ".."]),
+    signature("sum", Builtin::Sum, &["bank.value"]),
     signature("tuned", Builtin::Tuned, &["delay", "time"]),
     signature("exp", Builtin::Of(model::Function::Exp), &["value"]),
     signature("log", Builtin::Of(model::Function::Log), &["value"]),

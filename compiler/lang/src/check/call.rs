@@ -57,6 +57,18 @@ impl<'a> Elaborator<'a, '_> {
         args: &'a [Arg],
         span: Span,
     ) -> Option<Value> {
+        match signature.function {
+            Builtin::Each => return self.each(scope, args, span),
+            Builtin::Sum | Builtin::Max | Builtin::Min => {
+                if let Some(bank) = self.reduced_bank(scope, args) {
+                    return self.reduced(signature.function, bank, &args[0].value);
+                }
+                if signature.function == Builtin::Sum {
+                    return self.nothing_to_add(scope, args, span);
+                }
+            }
+            _ => {}
+        }
         let commas = DecimalComma::in_function(signature.args.len(), args);
         if !commas.is_empty() {
             commas.iter().for_each(|one| self.report(one.diagnostic()));

@@ -80,7 +80,7 @@ impl<'a> Elaborator<'a, '_> {
     /// `next name = value`
     pub fn next(&mut self, scope: ScopeId, name: &'a Name, value: &'a Expr) {
         let found = self.expr(scope, value);
-        let Some(entry) = self.lookup(scope, &name.node, name.span) else {
+        let Some(entry) = self.lookup_written(scope, name) else {
             return;
         };
         let Thing::State(cell, state) = entry.thing else {

@@ -16,7 +16,9 @@ impl<'a> Elaborator<'a, '_> {
     /// Makes the scopes of the calls in a declaration.
     pub fn children(&mut self, scope: ScopeId, decl: &'a Decl) -> Vec<ScopeId> {
         let mut made = Vec::new();
-        for call in walk::calls(decl) {
+        let each = self.items.function("each", self.scopes[scope.0].in_std());
+        let member = self.scopes[scope.0].member.filter(|_| each.is_some());
+        for call in walk::calls(decl, member.map(|member| member.number)) {
             let ExprKind::Call(callee, args) = &call.kind else {
                 continue;
             };
@@ -108,6 +110,10 @@ impl<'a> Elaborator<'a, '_> {
         while let Some(id) = above {
             let here = &self.scopes[id.0];
             let Some(outer) = here.term else { break };
+            if let Some(member) = here.member {
+                above = Some(member.outer);
+                continue;
+            }
             path.push(&outer.ast.name.node);
             if std::ptr::eq(outer.ast, term.ast) {
                 path.reverse();

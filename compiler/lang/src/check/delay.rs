@@ -69,7 +69,7 @@ impl<'a> Elaborator<'a, '_> {
     /// `feed delay = value`
     pub fn feed(&mut self, scope: ScopeId, name: &'a Name, value: &'a Expr) {
         let found = self.expr(scope, value);
-        let Some(entry) = self.lookup(scope, &name.node, name.span) else {
+        let Some(entry) = self.lookup_written(scope, name) else {
             return;
         };
         let Thing::Delay(delay) = entry.thing else {
@@ -121,7 +121,7 @@ impl<'a> Elaborator<'a, '_> {
 
     /// The delay line that a callee names.
     pub fn delay_of(&self, scope: ScopeId, callee: &Name) -> Option<DelayId> {
-        match self.scopes[scope.0].values.get(callee.node.as_str())?.thing {
+        match self.find(scope, &callee.node)?.thing {
             Thing::Delay(delay) => Some(delay),
             _ => None,
         }

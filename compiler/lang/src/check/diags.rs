@@ -32,6 +32,18 @@ impl Diags {
         }
     }
 
+    /// Adds a message about a further member of a bank, unless one like it tells of the same place.
+    pub fn push_again(&mut self, diagnostic: Diagnostic) {
+        let told = |known: &Diagnostic| {
+            known.code == diagnostic.code && known.span == diagnostic.span
+        };
+        if self.list.iter().any(told) {
+            self.errors += usize::from(diagnostic.severity() == Severity::Error);
+        } else {
+            self.push(diagnostic);
+        }
+    }
+
     /// How many errors were found, repeated ones counted again.
     pub fn errors(&self) -> usize {
         self.errors

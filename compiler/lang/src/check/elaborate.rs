@@ -1,9 +1,10 @@
 //! The elaborator: what is known while one instrument becomes a Model, and the walk over its
 //! declarations.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::Options;
+use super::bank::{Bank, BankRead};
 use super::body::BodyInfo;
 use super::diags::Diags;
 use super::dubious::DoubtKind;
@@ -13,7 +14,7 @@ use super::scope::{Made, Scope, ScopeId, Thing};
 use super::settings::Settings;
 use super::slot::{Slot, SlotId};
 use super::strand::{StrandInfo, points};
-use super::types::Value;
+use super::types::{Ty, Value};
 use crate::diag::Diagnostic;
 use crate::model::{Dag, DelayId, EmissionId, Force, Item, Model, Named, Node, NodeId, StrandId};
 use crate::syntax::ast::{Decl, DeclKind, Name};
@@ -44,6 +45,12 @@ pub struct Elaborator<'a, 'd> {
     pub circles: HashSet<SlotId>,
     /// How deep the expression at hand is nested, through all values being evaluated.
     pub depth: usize,
+    /// The banks.
+    pub banks: Vec<Bank>,
+    /// What has been read of banks for the value or declaration at hand.
+    pub reads: Vec<BankRead>,
+    /// The type of each `each`, and where it was first seen.
+    pub eaches: HashMap<Span, (Ty, Span)>,
     /// The scope that is being looked at.
     pub here: Option<ScopeId>,
     /// Whether a term is checked by itself: then its parameters are live values that stand for
@@ -163,6 +170,9 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             running: Vec::new(),
             circles: HashSet::new(),
             depth: 0,
+            banks: Vec::new(),
+            reads: Vec::new(),
+            eaches: HashMap::new(),
             here: None,
             alone: false,
             next_spans: Vec::new(),
@@ -179,7 +189,11 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             diagnostic = diagnostic.also(caller.span, "in this call");
             scope = Some(caller.scope);
         }
-        self.diags.push(diagnostic);
+        let repeats = self.here.and_then(|here| self.member_around(here));
+        match repeats.filter(|member| member.number > 0) {
+            Some(_) => self.diags.push_again(diagnostic),
+            None => self.diags.push(diagnostic),
+        }
     }
 
     /// Adds a node, folded if it is constant, and remembers where it was first seen.
@@ -207,7 +221,9 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             }
             self.here = Some(id);
             self.item(id, decl);
+            self.reads.clear();
             self.declaration(id, decl, self.scopes[id.0].made[index]);
+            self.check_reads(id, decl);
         }
     }
 

@@ -42,6 +42,7 @@ impl<'a> Elaborator<'a, '_> {
             ExprKind::Bool(value) => Some(Value::bool(self.node(Node::Bool(*value), span))),
             ExprKind::Name(name) => self.name(scope, name, span),
             ExprKind::Field(base, field) => self.field(scope, base, field),
+            ExprKind::Member(..) => self.bank_as_value(span),
             ExprKind::Call(callee, args) => self.call(scope, expr, callee, args),
             ExprKind::Prime(base) => self.primed(scope, base, span),
             ExprKind::Neg(a) => self.negative(scope, a, span),
@@ -77,7 +78,7 @@ impl<'a> Elaborator<'a, '_> {
         Some(Value::real(node, unit.dim))
     }
 
-    fn name(&mut self, scope: ScopeId, name: &str, span: Span) -> Option<Value> {
+    pub fn name(&mut self, scope: ScopeId, name: &str, span: Span) -> Option<Value> {
         if let Some(constant) = builtin::constant(name) {
             let node = self.model.dag.constant(constant.value);
             self.mark(span);
@@ -98,7 +99,9 @@ impl<'a> Elaborator<'a, '_> {
             | Thing::State(_, v)
             | Thing::Coordinate(_, _, v)
             | Thing::Pulse(_, v)
-            | Thing::Noise(v) => Some(v),
+            | Thing::Noise(v)
+            | Thing::Number(v) => Some(v),
+            Thing::Bank(_) => self.bank_as_value(span),
             Thing::Displacement(_) => {
                 self.displacement_as_value(name, span);
                 None
@@ -128,7 +131,7 @@ impl<'a> Elaborator<'a, '_> {
 
     /// What a name stands for.
     pub fn lookup(&mut self, scope: ScopeId, name: &str, span: Span) -> Option<Entry> {
-        let found = self.scopes[scope.0].values.get(name).copied();
+        let found = self.find(scope, name);
         if found.is_none() {
             self.unknown_name(scope, name, span);
         }
@@ -198,18 +201,46 @@ impl<'a> Elaborator<'a, '_> {
         None
     }
 
-    fn field(&mut self, scope: ScopeId, base: &'a Expr, field: &Name) -> Option<Value> {
+    /// A result that something has, if that has results; the value is `None` if it is in error.
+    pub fn result_of(&mut self, thing: Thing, field: &Name) -> Option<Option<Value>> {
+        match thing {
+            Thing::Broken => Some(None),
+            Thing::Friction(force, body) => Some(self.slip(force, body, field)),
+            Thing::Let(_, Some(call)) => Some(self.result(call, field)),
+            _ => None,
+        }
+    }
+
+    /// `b[2].x` and `b[2].x.y`; none where the base is no member of a bank.
+    fn of_member(
+        &mut self,
+        scope: ScopeId,
+        base: &'a Expr,
+        field: &'a Name,
+    ) -> Option<Option<Value>> {
+        let (base, path) = match &base.kind {
+            ExprKind::Field(inner, first) => (&**inner, vec![first, field]),
+            _ => (base, vec![field]),
+        };
+        let ExprKind::Member(bank, index) = &base.kind else {
+            return None;
+        };
+        let member = self.member(scope, bank, index);
+        Some(member.and_then(|member| self.member_value(member, &path)))
+    }
+
+    fn field(&mut self, scope: ScopeId, base: &'a Expr, field: &'a Name) -> Option<Value> {
+        if let Some(value) = self.of_member(scope, base, field) {
+            return value;
+        }
         let call = match &base.kind {
-            ExprKind::Name(name) => match self.scopes[scope.0]
-                .values
-                .get(name.as_str())
-                .map(|e| e.thing)
-            {
-                Some(Thing::Broken) => return None,
-                Some(Thing::Friction(force, body)) => return self.slip(force, body, field),
-                Some(Thing::Let(_, call)) => call,
-                _ => None,
-            },
+            ExprKind::Name(name) => {
+                let found = self.find(scope, name);
+                if let Some(value) = found.and_then(|found| self.result_of(found.thing, field)) {
+                    return value;
+                }
+                None
+            }
             ExprKind::Call(callee, _) if !self.is_function(scope, callee) => {
                 let call = self.scopes[scope.0].calls.get(&base.span).copied();
                 if call.is_none() {
@@ -232,13 +263,16 @@ impl<'a> Elaborator<'a, '_> {
             self.report(diagnostic.also(base.span, value.ty.words()).hint(hint));
             return None;
         };
-        match self.scopes[call.0].result(&field.node) {
-            Some(slot) => self.slot(slot),
-            None => {
-                self.unknown_result(call, field);
-                None
-            }
+        self.result(call, field)
+    }
+
+    /// The result of a call that is named.
+    fn result(&mut self, call: ScopeId, field: &Name) -> Option<Value> {
+        let found = self.scopes[call.0].result(&field.node);
+        if found.is_none() {
+            self.unknown_result(call, field);
         }
+        self.slot(found?)
     }
 
     fn is_function(&self, scope: ScopeId, callee: &Name) -> bool {
@@ -276,11 +310,7 @@ impl<'a> Elaborator<'a, '_> {
         negated: bool,
         span: Span,
     ) -> Option<Value> {
-        let Some(label) = self.scopes[scope.0]
-            .machines
-            .get(machine.node.as_str())
-            .copied()
-        else {
+        let Some(label) = self.machine(scope, &machine.node) else {
             self.unknown_machine(scope, machine);
             return None;
         };

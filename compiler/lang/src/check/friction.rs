@@ -157,7 +157,7 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     fn check_name_of_slip(&mut self, scope: ScopeId, slip: &Name) {
-        let known = self.scopes[scope.0].values.get(slip.node.as_str());
+        let known = self.find(scope, &slip.node);
         match known.map(|entry| (entry.span, entry.thing.words())) {
             Some((first, words)) => {
                 let label = format!("already the name of {words}");

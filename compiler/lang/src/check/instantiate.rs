@@ -65,7 +65,7 @@ impl<'a> Elaborator<'a, '_> {
     /// Makes a scope whose parameters have these sources, and everything below it.
     pub fn instantiate_with(&mut self, scope: Scope<'a>, arguments: Vec<Source<'a>>) -> ScopeId {
         let id = ScopeId(self.scopes.len());
-        let (term, decls) = (scope.term, scope.decls);
+        let term = scope.term;
         let caller = scope.caller;
         self.scopes.push(scope);
         self.scopes[id.0].call = caller.map(|caller| {
@@ -79,16 +79,27 @@ impl<'a> Elaborator<'a, '_> {
         if let Some(term) = term {
             self.signature(id, term, arguments);
         }
+        self.declare_all(id);
+        id
+    }
+
+    /// Enters all that stands in a scope, then makes the scopes below it.
+    pub fn declare_all(&mut self, id: ScopeId) {
+        let decls = self.scopes[id.0].decls;
         for decl in decls {
             let made = self.declare(id, decl);
             self.scopes[id.0].made.push(made);
         }
-        self.missing_results(id);
-        for decl in decls {
-            let children = self.children(id, decl);
+        if self.scopes[id.0].member.is_none() {
+            self.missing_results(id);
+        }
+        for (index, decl) in decls.iter().enumerate() {
+            let children = match self.scopes[id.0].made[index] {
+                Made::Bank(bank) => self.members(id, decl, bank),
+                _ => self.children(id, decl),
+            };
             self.scopes[id.0].children.push(children);
         }
-        id
     }
 
     /// Enters parameters and results of a term.
@@ -129,7 +140,7 @@ impl<'a> Elaborator<'a, '_> {
             );
             return;
         }
-        match self.scopes[scope.0].values.get(name.node.as_str()) {
+        match self.find(scope, &name.node) {
             Some(first) => {
                 let label = format!("already the name of {}", first.thing.words());
                 self.duplicate("value", name, first.span, label);
@@ -158,7 +169,26 @@ impl<'a> Elaborator<'a, '_> {
 
     fn declare(&mut self, scope: ScopeId, decl: &'a Decl) -> Made {
         let in_term = self.scopes[scope.0].term.is_some();
+        let in_bank = self.scopes[scope.0].member.is_some();
         match &decl.kind {
+            DeclKind::Sense { name, .. }
+            | DeclKind::Force { name, .. }
+            | DeclKind::Sound { name, .. }
+            | DeclKind::Result { name, .. }
+                if in_bank =>
+            {
+                let made = self.not_in_a_bank(&decl.kind, name);
+                if let DeclKind::Sense { .. } = decl.kind {
+                    self.enter(scope, name, Thing::Broken);
+                }
+                made
+            }
+            DeclKind::Bank { name, .. } if in_bank => {
+                let made = self.not_in_a_bank(&decl.kind, name);
+                self.enter(scope, name, Thing::Broken);
+                made
+            }
+            DeclKind::Bank { name, .. } => self.declare_bank(scope, name),
             DeclKind::Sense { name, .. }
             | DeclKind::Param { name, .. }
             | DeclKind::Force { name, .. }

@@ -50,15 +50,17 @@ impl<'a> Elaborator<'a, '_> {
     pub fn declare_param(&mut self, scope: ScopeId, written: ParamText<'a>) -> Made {
         let ParamText { live, name, .. } = written;
         let model = &mut self.model;
+        let full = self.scopes[scope.0].full(&name.node);
+        let is_member = self.scopes[scope.0].member.is_some();
         let (text, span, bounds) = (
-            name.node.clone(),
+            full.clone(),
             name.span,
             Interval {
                 low: 0.0,
                 high: 0.0,
             },
         );
-        let set = self.settings.sets.contains_key(name.node.as_str());
+        let set = is_member || self.settings.sets.contains_key(&full);
         let kind = if !set && self.settings.per_key.contains_key(name.node.as_str()) {
             model.keyed.push(Keyed {
                 name: text,
@@ -84,7 +86,7 @@ impl<'a> Elaborator<'a, '_> {
             kind,
             text: written,
         };
-        let slot = self.new_slot(name.node.clone(), name.span, Source::Param(scope, decl));
+        let slot = self.new_slot(full, name.span, Source::Param(scope, decl));
         self.enter(scope, name, Thing::Param(slot));
         Made::Slot(slot)
     }
@@ -94,7 +96,7 @@ impl<'a> Elaborator<'a, '_> {
         let declared = self.expr(scope, decl.text.value)?;
         match declared.ty {
             Ty::Real(dim) => self.real_param(scope, decl, declared, dim),
-            Ty::Bool => self.bool_param(decl, declared),
+            Ty::Bool => self.bool_param(scope, decl, declared),
         }
     }
 
@@ -105,7 +107,7 @@ impl<'a> Elaborator<'a, '_> {
         declared: Value,
         dim: Dim,
     ) -> Option<Value> {
-        let name = &decl.text.name.node;
+        let name = &self.scopes[scope.0].full(&decl.text.name.node);
         let what = format!("the value of `{name}`");
         if let Some(wanted) = decl
             .text
@@ -161,7 +163,7 @@ impl<'a> Elaborator<'a, '_> {
         dim: Dim,
         glide: &'a Expr,
     ) -> Option<NodeId> {
-        let name = &decl.text.name.node;
+        let name = &self.scopes[scope.0].full(&decl.text.name.node);
         let seconds = self.positive(scope, glide, Dim::TIME, &format!("the glide of `{name}`"))?;
         let range = match (decl.kind, range) {
             (ParamKind::Live(_), Some(range)) => range,
@@ -219,8 +221,13 @@ impl<'a> Elaborator<'a, '_> {
         (low == high && low != Ty::Bool && low != Ty::Real(Dim::NUMBER)).then_some(low)
     }
 
-    fn bool_param(&mut self, decl: ParamDecl<'a>, declared: Value) -> Option<Value> {
-        let name = &decl.text.name.node;
+    fn bool_param(
+        &mut self,
+        scope: ScopeId,
+        decl: ParamDecl<'a>,
+        declared: Value,
+    ) -> Option<Value> {
+        let name = &self.scopes[scope.0].full(&decl.text.name.node);
         if let Some(glide) = decl.text.glide {
             self.nothing_glides(decl, glide, "a bool");
         }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::bank::{BankId, Member};
 use super::items::TermItem;
 use super::slot::SlotId;
 use super::types::Value;
@@ -40,6 +41,10 @@ pub enum Thing {
     Tension(SlotId),
     /// A friction: its force, and the body it stands in.
     Friction(SlotId, usize),
+    /// A bank, which is no value by itself.
+    Bank(BankId),
+    /// The number of a member of a bank.
+    Number(Value),
     /// A parameter of the term.
     Argument(SlotId),
     /// A result of the term.
@@ -62,6 +67,8 @@ impl Thing {
             Thing::Displacement(_) => "the displacement of a string",
             Thing::Tension(_) => "the tension of a string",
             Thing::Friction(..) => "a friction",
+            Thing::Bank(_) => "a bank",
+            Thing::Number(_) => "the number of a member",
             Thing::Argument(_) => "a parameter of the term",
             Thing::Result(_) => "a result",
         }
@@ -96,6 +103,8 @@ pub enum Made {
     Pulse(PulseId),
     /// A delay line.
     Delay(DelayId),
+    /// A bank.
+    Bank(BankId),
     /// A string.
     Strand(StrandId),
     /// Something of which the declaration itself says everything (`next`, `force`, `event`,
@@ -133,6 +142,8 @@ pub struct Scope<'a> {
     pub term: Option<TermItem<'a>>,
     /// The call, unless it is an instrument or a term by itself.
     pub caller: Option<Caller>,
+    /// What makes it a member of a bank.
+    pub member: Option<Member>,
     /// The same call as the Model knows it.
     pub call: Option<u32>,
     /// Values by name.
@@ -178,6 +189,7 @@ impl<'a> Scope<'a> {
             decls,
             term,
             caller,
+            member: None,
             call: None,
             values: BTreeMap::new(),
             laws: Vec::new(),

@@ -4,7 +4,8 @@ use super::Options;
 use super::diags::Diags;
 use super::items::Items;
 use crate::diag::{Advice, Code, Diagnostic, nearest};
-use crate::syntax::ast::{DeclKind, Instrument};
+use super::settings::param_names;
+use crate::syntax::ast::Instrument;
 use crate::units::{Quantity, parse_quantity};
 use whippen_source::Span;
 
@@ -42,6 +43,8 @@ pub fn read(options: &Options, first_file: usize, diags: &mut Diags) -> Vec<Set>
             end: end + 1 + value.len() as u32,
         };
         let (instrument, name) = match name.split_once('.') {
+            // A member of a bank is no instrument.
+            Some((first, _)) if first.trim_end().ends_with(']') => (None, name.as_str()),
             Some((instrument, name)) => (Some(instrument.trim().to_string()), name),
             None => (None, name.as_str()),
         };
@@ -99,13 +102,11 @@ pub fn unknown_instrument(name: &str, span: Span, items: &Items) -> Diagnostic {
 
 /// A parameter that none of the instruments has.
 pub fn unknown_param(name: &str, span: Span, instruments: &[&Instrument]) -> Diagnostic {
-    let params = instruments
+    let params: Vec<String> = instruments
         .iter()
-        .flat_map(|i| &i.decls)
-        .filter_map(|d| match &d.kind {
-            DeclKind::Param { name, .. } => Some(name.node.as_str()),
-            _ => None,
-        });
+        .flat_map(|i| param_names(&i.decls))
+        .collect();
+    let params = params.iter().map(String::as_str);
     let hint = match nearest(name, params.clone()) {
         Some(near) => Advice::did_you_mean(near),
         None if params.clone().next().is_none() => "there are no parameters".into(),

@@ -9,7 +9,8 @@ use super::keyboard::{Board, instrument_id};
 use super::per_key::PerKey;
 use super::sets::Set;
 use crate::diag::{Code, Diagnostic};
-use crate::syntax::ast::DeclKind;
+use super::bank;
+use crate::syntax::ast::{Decl, DeclKind};
 use crate::units::Quantity;
 use whippen_source::Span;
 
@@ -33,7 +34,7 @@ pub struct Settings<'a> {
     /// Parameters set per key.
     pub per_key: BTreeMap<&'a str, PerKey<'a>>,
     /// Parameters set by the caller; they win over the keyboard.
-    pub sets: BTreeMap<&'a str, SetValue>,
+    pub sets: BTreeMap<String, SetValue>,
 }
 
 impl Settings<'_> {
@@ -93,10 +94,7 @@ pub fn of<'a>(
         .iter_mut()
         .filter(|s| s.instrument.as_ref().is_none_or(|i| *i == ast.name.node))
     {
-        let names = ast.decls.iter().filter_map(|d| match &d.kind {
-            DeclKind::Param { name, .. } => Some(name.node.as_str()),
-            _ => None,
-        });
+        let names = param_names(&ast.decls).into_iter();
         for name in names.filter(|name| *name == set.name) {
             set.used = true;
             if let Some(value) = set.value {
@@ -111,4 +109,24 @@ pub fn of<'a>(
         }
     }
     settings
+}
+
+/// The names of parameters, those of the members of banks included.
+pub fn param_names(decls: &[Decl]) -> Vec<String> {
+    let mut names = Vec::new();
+    for decl in decls {
+        match &decl.kind {
+            DeclKind::Param { name, .. } => names.push(name.node.clone()),
+            DeclKind::Bank {
+                name, range, decls, ..
+            } => {
+                for number in 0..bank::count(range).unwrap_or(0) {
+                    let of_member = param_names(decls).into_iter();
+                    names.extend(of_member.map(|own| format!("{}[{number}].{own}", name.node)));
+                }
+            }
+            _ => {}
+        }
+    }
+    names
 }

@@ -1,6 +1,7 @@
 //! Slots: values that are evaluated when first asked for. A slot that is asked for while it is
 //! being evaluated closes a circle.
 
+use super::bank::BankRead;
 use super::elaborate::Elaborator;
 use super::friction::Rubbed;
 use super::param::ParamDecl;
@@ -26,6 +27,8 @@ pub struct Slot<'a> {
     pub source: Source<'a>,
     /// How far it is known.
     pub state: State,
+    /// What of banks it is made of.
+    pub reads: Vec<BankRead>,
 }
 
 /// Where a value comes from.
@@ -70,6 +73,7 @@ impl<'a> Elaborator<'a, '_> {
             span,
             source,
             state: State::Waiting,
+            reads: Vec::new(),
         });
         SlotId(self.slots.len() - 1)
     }
@@ -77,7 +81,10 @@ impl<'a> Elaborator<'a, '_> {
     /// The value of a slot.
     pub fn slot(&mut self, id: SlotId) -> Option<Value> {
         match self.slots[id.0].state {
-            State::Done(value) => return value,
+            State::Done(value) => {
+                self.reads.extend_from_slice(&self.slots[id.0].reads);
+                return value;
+            }
             State::Running => {
                 if self.circles.insert(id) {
                     self.report_circle(id);
@@ -88,7 +95,12 @@ impl<'a> Elaborator<'a, '_> {
         }
         self.slots[id.0].state = State::Running;
         self.running.push(id);
+        let outer = std::mem::take(&mut self.reads);
         let value = self.evaluate(id);
+        let mut reads = std::mem::replace(&mut self.reads, outer);
+        reads.dedup_by_key(|(bank, _)| *bank);
+        self.reads.extend_from_slice(&reads);
+        self.slots[id.0].reads = reads;
         self.running.pop();
         self.slots[id.0].state = State::Done(value);
         value

@@ -175,7 +175,7 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     fn displacement(&self, scope: ScopeId, name: &str) -> Option<StrandId> {
-        match self.scopes[scope.0].values.get(name)?.thing {
+        match self.find(scope, name)?.thing {
             Thing::Displacement(id) => Some(id),
             _ => None,
         }

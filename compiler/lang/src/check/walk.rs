@@ -4,21 +4,27 @@ use crate::syntax::ast::{
     Action, ActionKind, BodyPart, Decl, DeclKind, Expr, ExprKind, RangeExpr, StringPart,
 };
 
-/// Every call in the declaration, of terms and of functions. The walk keeps its own stack: depth
+/// Every call in the declaration, of terms and of functions; of the arguments of `each` the one of
+/// the member. The walk keeps its own stack: depth
 /// costs nothing.
-pub fn calls(decl: &Decl) -> Vec<&Expr> {
+pub fn calls(decl: &Decl, member: Option<usize>) -> Vec<&Expr> {
     let mut waiting = expressions(&decl.kind);
     let mut found = Vec::new();
     while let Some(expr) = waiting.pop() {
         match &expr.kind {
-            ExprKind::Call(_, args) => {
+            ExprKind::Call(callee, args) => {
                 found.push(expr);
+                let own = member.filter(|_| callee.node == "each");
+                let args = match own {
+                    Some(own) => args.get(own..=own).unwrap_or_default(),
+                    None => args,
+                };
                 waiting.extend(args.iter().map(|a| &a.value));
             }
             ExprKind::Field(a, _) | ExprKind::Prime(a) | ExprKind::Neg(a) | ExprKind::Not(a) => {
                 waiting.push(a)
             }
-            ExprKind::Binary(_, a, b) => waiting.extend([&**a, &**b]),
+            ExprKind::Binary(_, a, b) | ExprKind::Member(a, b) => waiting.extend([&**a, &**b]),
             ExprKind::If(c, a, b) => waiting.extend([&**c, &**a, &**b]),
             ExprKind::Number(_)
             | ExprKind::Bool(_)
@@ -45,7 +51,7 @@ fn expressions(kind: &DeclKind) -> Vec<&Expr> {
             .chain(range.iter().flat_map(ends))
             .chain(glide)
             .collect(),
-        DeclKind::Noise { .. } => vec![],
+        DeclKind::Noise { .. } | DeclKind::Bank { .. } => vec![],
         DeclKind::Let { value, .. }
         | DeclKind::Next { value, .. }
         | DeclKind::Feed { value, .. }

@@ -120,6 +120,9 @@ codes! {
     StringEnds          "WH0424" Error "ends of a string that are neither pinned nor clamped";
     StringTuned         "WH0425" Error "a tension that a string cannot be tuned by";
     AllAlong            "WH0426" Error "what a string has all along where one value is needed";
+    BankRange           "WH0427" Error "a bank whose members cannot be counted";
+    InBank              "WH0428" Error "what a bank cannot hold, or its members cannot write";
+    OtherMember         "WH0429" Error "a member of a bank that reads the members";
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";
@@ -161,6 +164,8 @@ codes! {
     ShortWindow         "WH0619" Warning "a window shorter than three measurements";
     Channel             "WH0620" Error "a sound on a side that is neither left nor right";
     NearEnd             "WH0621" Warning "a place nearer to an end of a string than its points tell";
+    Each                "WH0622" Error "values for each member of a bank, and not as many as members";
+    Member              "WH0623" Error "what a bank does not have";
     // Budgets
     DeadlineMissed      "WH0701" Error "a deadline that is missed";
     Unstable            "WH0702" Warning "a force that makes the loop of key, hand and program ring";

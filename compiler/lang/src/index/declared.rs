@@ -87,6 +87,7 @@ impl Index {
             DeclKind::Noise { name } => (NameKind::Noise, name, None),
             DeclKind::Delay { name, ty, .. } => (NameKind::Delay, name, Some(ty)),
             DeclKind::States { name, .. } => (NameKind::Machine, name, None),
+            DeclKind::Bank { name, .. } => (NameKind::Bank, name, None),
             DeclKind::Body { name, .. } => (NameKind::Body, name, None),
             DeclKind::String { name, .. } => (NameKind::String, name, None),
             DeclKind::Next { .. }
@@ -108,6 +109,10 @@ impl Index {
                 self.definitions[at].calls = Some(callee.node.clone());
             }
             DeclKind::States { transitions, .. } => self.machine(at, transitions),
+            DeclKind::Bank { index, decls, .. } => {
+                self.define(NameKind::Number, index, index.span);
+                decls.iter().for_each(|inner| self.decl(inner));
+            }
             DeclKind::Body { parts, .. } => {
                 for part in parts {
                     match part {

@@ -99,6 +99,10 @@ impl Resolver<'_> {
                 self.range(range);
                 self.expr(lasting);
             }
+            DeclKind::Bank { range, decls, .. } => {
+                self.range(range);
+                decls.iter().for_each(|inner| self.decl(inner));
+            }
             DeclKind::Hold { body, guard } => {
                 self.name(body, |k| matches!(k, NameKind::Body | NameKind::String));
                 self.expr(guard);
@@ -242,7 +246,11 @@ impl Resolver<'_> {
                     self.index
                         .find(term, &field.node, |k| k == NameKind::Result)
                 });
-                self.found(field.span, result);
+                let member = match self.is_bank(base) {
+                    true => self.index.find(self.item, &field.node, NameKind::is_value),
+                    false => None,
+                };
+                self.found(field.span, result.or(member));
             }
             ExprKind::Call(callee, args) => {
                 let term = self.index.item_named(&callee.node, NameKind::Term);
@@ -265,13 +273,25 @@ impl Resolver<'_> {
                 }
             }
             ExprKind::Prime(a) | ExprKind::Neg(a) | ExprKind::Not(a) => self.expr(a),
-            ExprKind::Binary(_, a, b) => [a, b].into_iter().for_each(|e| self.expr(e)),
+            ExprKind::Binary(_, a, b) | ExprKind::Member(a, b) => [a, b].into_iter().for_each(|e| self.expr(e)),
             ExprKind::If(c, a, b) => [c, a, b].into_iter().for_each(|e| self.expr(e)),
             ExprKind::Is { machine, state, .. } => {
                 self.name(machine, |k| k == NameKind::Machine);
                 self.state(&machine.node, state);
             }
             ExprKind::Number(_) | ExprKind::Bool(_) | ExprKind::Error => {}
+        }
+    }
+
+    /// Whether an expression is a bank or a member of one.
+    fn is_bank(&self, expr: &Expr) -> bool {
+        match &expr.kind {
+            ExprKind::Name(name) => {
+                let found = self.index.find(self.item, name, NameKind::is_value);
+                found.is_some_and(|at| self.index.definitions[at].kind == NameKind::Bank)
+            }
+            ExprKind::Member(bank, _) => self.is_bank(bank),
+            _ => false,
         }
     }
 

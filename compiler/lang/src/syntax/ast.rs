@@ -232,6 +232,17 @@ pub enum DeclKind {
         /// Its lines in the order of the text.
         parts: Vec<StringPart>,
     },
+    /// `bank name over i in 0 .. n { .. }`: its declarations, once for each member.
+    Bank {
+        /// Its name.
+        name: Name,
+        /// The name of a member's number.
+        index: Name,
+        /// The numbers of its members.
+        range: RangeExpr,
+        /// What each member declares.
+        decls: Vec<Decl>,
+    },
     /// `hold body when guard`
     Hold {
         /// The body.
@@ -295,6 +306,7 @@ impl DeclKind {
             DeclKind::Feed { delay, .. } => ("feed", delay),
             DeclKind::Sound { name, .. } => ("sound", name),
             DeclKind::String { name, .. } => ("string", name),
+            DeclKind::Bank { name, .. } => ("bank", name),
             DeclKind::Hold { body, .. } => ("hold", body),
             DeclKind::Force {
                 turning: true,

@@ -168,6 +168,16 @@ impl<'s> Build<'s> {
         )
     }
 
+    pub fn member(&mut self, start: u32, bank: Deep, index: Deep, end: u32) -> Deep {
+        let depth = bank.depth.max(index.depth);
+        self.deeper(
+            start,
+            ExprKind::Member(Box::new(bank.expr), Box::new(index.expr)),
+            depth,
+            end,
+        )
+    }
+
     pub fn call(&mut self, start: u32, callee: Name, args: Vec<DeepArg>, end: u32) -> Deep {
         let depth = args.iter().map(|(_, value)| value.depth).max().unwrap_or(0);
         let args = args

@@ -74,7 +74,7 @@ fn begins(token: Token) -> bool {
     use Token::*;
     let declares = matches!(
         token,
-        Sense | Live | Param | Let | Body | States | State | Next | Event | Pulse | Hold | Force
+        Sense | Live | Param | Let | Body | States | State | Next | Event | Pulse | Hold | Force | Bank
     );
     let acts = matches!(token, Emit | Fire | Assigned(_) | Left(_) | Defined(_));
     declares
@@ -196,7 +196,7 @@ impl<'a> Failure<'a> {
         let midst = !self
             .expected
             .iter()
-            .any(|e| matches!(*e, "}" | "}1" | "}2" | "instrument"));
+            .any(|e| matches!(*e, "}" | "}b" | "}1" | "}2" | "instrument"));
         midst
             && (self.index >= self.tokens.len() || begins_line(self.text, self.tokens, self.index))
     }

@@ -92,8 +92,8 @@ fn setting(setting: &Setting) -> String {
     }
 }
 
-fn decl(decl: &Decl) -> String {
-    match &decl.kind {
+fn decl(one: &Decl) -> String {
+    match &one.kind {
         DeclKind::Sense {
             name,
             ty,
@@ -197,6 +197,15 @@ fn decl(decl: &Decl) -> String {
         DeclKind::String { name, along, parts } => block(
             &format!("string {} along {}", name.node, Range(along)),
             parts.iter().map(string_part).collect(),
+        ),
+        DeclKind::Bank {
+            name,
+            index,
+            range,
+            decls,
+        } => block(
+            &format!("bank {} over {} in {}", name.node, index.node, Range(range)),
+            decls.iter().map(decl).collect(),
         ),
         DeclKind::Hold { body, guard } => format!("hold {} when {}", body.node, Shown(guard)),
         DeclKind::Force {

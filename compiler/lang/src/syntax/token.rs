@@ -22,6 +22,8 @@ use whippen_source::Span;
 pub enum Level {
     /// The block of an instrument, a term or a keyboard.
     Outer,
+    /// The block of a bank: declarations inside of declarations.
+    Bank,
     /// A block in such a block.
     Middle,
     /// The actions of a transition.
@@ -29,7 +31,7 @@ pub enum Level {
 }
 
 impl Level {
-    /// The level inside so many braces. `None` where no block may stand.
+    /// The level inside so many braces, those of banks aside. `None` where no block may stand.
     pub fn inside(braces: usize) -> Option<Level> {
         [Level::Outer, Level::Middle, Level::Inner]
             .get(braces)
@@ -126,10 +128,10 @@ tokens! {
         Points "points",
         Inertia "inertia", Mass "mass", Torque "torque", Friction "friction", Against "against",
         Board "board", Device "device", Keys "keys",
-        Programs "programs", Zones "zones",
+        Programs "programs", Zones "zones", Bank "bank",
     }
     signs {
-        LeftParen "(", RightParen ")", Comma ",", Colon ":", Dot ".", DotDot "..", Prime "'", Arrow "->", Assign ":=",
+        LeftParen "(", RightParen ")", LeftBracket "[", RightBracket "]", Comma ",", Colon ":", Dot ".", DotDot "..", Prime "'", Arrow "->", Assign ":=",
         Equals "=", Plus "+", Minus "-", Star "*", Slash "/", Caret "^", Less "<", LessEqual "<=", Greater ">",
         GreaterEqual ">=",
     }
@@ -149,7 +151,7 @@ impl Token<'_> {
     /// Whether an expression may end with it.
     pub fn ends_expression(self) -> bool {
         use Token::*;
-        self.name().is_some() || matches!(self, Number(_) | Broken | RightParen | Prime | On | Off)
+        self.name().is_some() || matches!(self, Number(_) | Broken | RightParen | RightBracket | Prime | On | Off)
     }
 }
 

@@ -340,7 +340,7 @@ fn children(expr: &Expr) -> Vec<&Expr> {
     match &expr.kind {
         ExprKind::Call(_, args) => args.iter().map(|arg| &arg.value).collect(),
         ExprKind::Field(a, _) | ExprKind::Prime(a) | ExprKind::Neg(a) | ExprKind::Not(a) => vec![a],
-        ExprKind::Binary(_, a, b) => vec![a, b],
+        ExprKind::Binary(_, a, b) | ExprKind::Member(a, b) => vec![a, b],
         ExprKind::If(c, a, b) => vec![c, a, b],
         ExprKind::Number(_)
         | ExprKind::Bool(_)

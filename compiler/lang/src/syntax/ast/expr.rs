@@ -23,6 +23,8 @@ pub enum ExprKind {
     Name(String),
     /// `base.field`: a result of a term.
     Field(Box<Expr>, Name),
+    /// `bank[index]`: a member of a bank.
+    Member(Box<Expr>, Box<Expr>),
     /// `callee(a, b, name: c)`: a term, or `min`, `max`, `clamp`, `abs`.
     Call(Name, Vec<Arg>),
     /// `e'`

@@ -97,7 +97,7 @@ const KINDS: &[WordKind] = &[
         name: "an operator",
         needs: &["+"],
         covers: &[
-            "+", "-", "*", "/", "^", "<", "<=", ">", ">=", "and", "or", "is", "'", ".", "(",
+            "+", "-", "*", "/", "^", "<", "<=", ">", ">=", "and", "or", "is", "'", ".", "(", "[",
         ],
         words: false,
     },
@@ -121,7 +121,7 @@ pub(super) fn of(expected: &[&str]) -> String {
     }
     words.extend(
         left.iter()
-            .map(|token| format!("`{}`", token.trim_end_matches(|c: char| c.is_ascii_digit()))),
+            .map(|token| format!("`{}`", token.trim_end_matches(|c: char| c.is_ascii_digit() || token.len() == 2 && c == 'b'))),
     );
     match words.pop() {
         None => "nothing more".to_string(),

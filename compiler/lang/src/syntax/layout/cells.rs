@@ -50,6 +50,7 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
         | RowKind::Sense
         | RowKind::States
         | RowKind::Body
+        | RowKind::Bank
         | RowKind::String
         | RowKind::Action
         | RowKind::Noise => &[],
@@ -119,8 +120,8 @@ pub(super) fn close(pieces: &[Piece], open: usize, to: usize) -> Option<usize> {
 /// How many brackets are open behind a token.
 pub(super) fn deeper(depth: usize, token: Token) -> usize {
     match token {
-        Token::LeftParen | Token::Open(_) => depth + 1,
-        Token::RightParen | Token::Close(_) => depth.saturating_sub(1),
+        Token::LeftParen | Token::LeftBracket | Token::Open(_) => depth + 1,
+        Token::RightParen | Token::RightBracket | Token::Close(_) => depth.saturating_sub(1),
         _ => depth,
     }
 }

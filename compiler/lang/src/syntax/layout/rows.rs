@@ -16,6 +16,7 @@ pub(super) enum RowKind {
     State,
     Body,
     String,
+    Bank,
     Event,
     /// `pulse`, `delay`.
     Pulse,
@@ -173,6 +174,7 @@ fn decl<'a>(pieces: &[Piece], decl: &'a Decl) -> Start<'a> {
         ),
         DeclKind::Pulse { .. } | DeclKind::Delay { .. } => (RowKind::Pulse, Inside::Nothing),
         DeclKind::Noise { .. } => (RowKind::Noise, Inside::Nothing),
+        DeclKind::Bank { decls, .. } => (RowKind::Bank, Inside::Decls(decls)),
         DeclKind::Hold { .. } => (RowKind::Hold, Inside::Nothing),
         DeclKind::Force { .. } | DeclKind::Sound { .. } => (RowKind::Force, Inside::Nothing),
     };

@@ -9,7 +9,9 @@ pub(super) fn before(pieces: &[Piece], row: usize, at: usize) -> bool {
     use Token::*;
     let left = pieces[at - 1].token;
     match (left, pieces[at].token) {
-        (LeftParen | Dot, _) | (_, Comma | RightParen | Colon | Prime) | (Open(_), Close(_)) => {
+        (LeftParen | LeftBracket | Dot, _)
+        | (_, Comma | RightParen | LeftBracket | RightBracket | Colon | Prime)
+        | (Open(_), Close(_)) => {
             false
         }
         // A point or a power behind a number would be taken for a part of it or of its unit.

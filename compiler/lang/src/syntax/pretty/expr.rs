@@ -36,6 +36,9 @@ impl fmt::Display for Shown<'_> {
             ExprKind::Field(base, field) => {
                 write!(f, "{}.{}", Within(Tightness::Postfix, base), field.node)
             }
+            ExprKind::Member(bank, index) => {
+                write!(f, "{}[{}]", Within(Tightness::Postfix, bank), Shown(index))
+            }
             ExprKind::Call(callee, args) => write!(f, "{}({})", callee.node, list(args, arg)),
             ExprKind::Prime(base) => write!(f, "{}'", Within(Tightness::Postfix, base)),
             ExprKind::Neg(operand) => write!(f, "-{}", Within(Tightness::Unary, operand)),

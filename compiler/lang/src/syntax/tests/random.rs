@@ -64,7 +64,7 @@ impl Dice {
 
     fn expr(&mut self, depth: usize) -> Expr {
         let leaves = 4;
-        let kind = match self.below(if depth == 0 { leaves } else { 14 }) {
+        let kind = match self.below(if depth == 0 { leaves } else { 15 }) {
             0 => ExprKind::Name(self.name().node),
             1 => ExprKind::Bool(self.below(2) == 0),
             2 => {
@@ -90,6 +90,10 @@ impl Dice {
                 });
                 ExprKind::Call(self.name(), args)
             }
+            14 => ExprKind::Member(
+                Box::new(self.expr(depth - 1)),
+                Box::new(self.expr(depth - 1)),
+            ),
             6 => ExprKind::Prime(Box::new(self.expr(depth - 1))),
             7 => ExprKind::Neg(Box::new(self.expr(depth - 1))),
             8 => ExprKind::Not(Box::new(self.expr(depth - 1))),
@@ -221,9 +225,19 @@ impl Dice {
         }
     }
 
+    /// A declaration that is no bank.
+    fn decl_in_bank(&mut self) -> Decl {
+        loop {
+            let decl = self.decl();
+            if !matches!(decl.kind, DeclKind::Bank { .. }) {
+                return decl;
+            }
+        }
+    }
+
     fn decl(&mut self) -> Decl {
         let (name, value) = (self.name(), self.value());
-        let kind = match self.below(17) {
+        let kind = match self.below(18) {
             0 => {
                 let (slew, over) = (self.maybe(Dice::value), self.maybe(Dice::value));
                 DeclKind::Sense {
@@ -298,6 +312,15 @@ impl Dice {
                 name,
                 along: self.range(),
                 parts: self.some(0, Dice::string_part),
+            },
+            16 => DeclKind::Bank {
+                name,
+                index: self.name(),
+                range: self.range(),
+                decls: match self.below(4) {
+                    0 => Vec::new(),
+                    _ => vec![self.decl_in_bank()],
+                },
             },
             _ => DeclKind::Result { name, value },
         };

@@ -101,6 +101,7 @@ places! {
         Feed { delay value },
         Sound { name side value },
         String { name along parts },
+        Bank { name index range decls },
         Hold { body guard },
         Force { name on value },
         Result { name value },
@@ -127,7 +128,7 @@ places! {
     struct Expr { kind span }
     struct Arg { name value }
     enum ExprKind {
-        Number(n), Bool(b), Name(n), Field(base name), Call(name args), Prime(x), Neg(x), Not(x), Binary(op a b),
+        Number(n), Bool(b), Name(n), Field(base name), Call(name args), Member(x i), Prime(x), Neg(x), Not(x), Binary(op a b),
         Is { machine state }, If(c a b), Error,
     }
 }
