@@ -172,6 +172,8 @@ fn symbol_kind(kind: NameKind) -> SymbolKind {
         NameKind::Param => SymbolKind::CONSTANT,
         NameKind::Machine => SymbolKind::ENUM,
         NameKind::MachineState => SymbolKind::ENUM_MEMBER,
+        NameKind::Bank => SymbolKind::ARRAY,
+        NameKind::Number => SymbolKind::CONSTANT,
         NameKind::Body | NameKind::String => SymbolKind::OBJECT,
         NameKind::Event => SymbolKind::EVENT,
         NameKind::Force | NameKind::Sound | NameKind::Friction => SymbolKind::OPERATOR,

@@ -204,6 +204,16 @@ pub const BUILT_IN: &[(&str, &str, &str)] = &[
     ("abs", "abs(value)", "The value without its sign."),
     ("gravity", "gravity", "9.80665 m/s^2, standard gravity."),
     ("pi", "pi", "3.14159.., the circle's number."),
+    (
+        "each",
+        "each(a, b, ..)",
+        "In a bank: the value of the member, one for each.",
+    ),
+    (
+        "sum",
+        "sum(bank.value)",
+        "A value of all members of a bank, added in their order.",
+    ),
 ];
 
 /// What a word of the language means.

@@ -81,9 +81,14 @@ impl<'a> Elaborator<'a, '_> {
         }
         let message = format!("a member of a bank cannot write `{}`", name.node);
         self.report(
-            Diagnostic::new(Code::InBank, name.span, message, "stands outside of the bank")
-                .also(entry.span, "declared here")
-                .hint("declare it in the bank, or write it outside, from a value of the members"),
+            Diagnostic::new(
+                Code::InBank,
+                name.span,
+                message,
+                "stands outside of the bank",
+            )
+            .also(entry.span, "declared here")
+            .hint("declare it in the bank, or write it outside, from a value of the members"),
         );
         None
     }
@@ -102,7 +107,9 @@ impl<'a> Elaborator<'a, '_> {
             DeclKind::Bank { .. } => "a bank stands in an instrument or a term",
             DeclKind::Sense { .. } => "sense it outside: all members see it",
             DeclKind::Result { .. } => "write `let` in the bank, and give back `sum(bank.value)`",
-            _ => "give its value a name with `let`, and add those of all members outside: `sum(bank.value)`",
+            _ => {
+                "give its value a name with `let`, and add those of all members outside: `sum(bank.value)`"
+            }
         };
         let message = format!("a `{word}` cannot be declared in a bank");
         let label = "belongs outside of the bank";
@@ -377,16 +384,25 @@ impl<'a> Elaborator<'a, '_> {
     /// A value that a member declares, or a result of a call that it names.
     pub fn member_value(&mut self, member: ScopeId, path: &[&'a Name]) -> Option<Value> {
         let (name, result) = (path.first()?, path.get(1));
-        let Some(entry) = self.scopes[member.0].values.get(name.node.as_str()).copied() else {
+        let Some(entry) = self.scopes[member.0]
+            .values
+            .get(name.node.as_str())
+            .copied()
+        else {
             let Member { bank, .. } = self.scopes[member.0].member?;
             let bank = &self.banks[bank.0].name;
             let message = format!("the members of `{bank}` have no `{}`", name.node);
             let names = self.scopes[member.0].values.keys().copied();
             let hint: Advice = match nearest(&name.node, names) {
                 Some(near) => Advice::did_you_mean(near),
-                None => format!("declare it in the bank, for example `let {} = ..`", name.node).into(),
+                None => format!(
+                    "declare it in the bank, for example `let {} = ..`",
+                    name.node
+                )
+                .into(),
             };
-            let diagnostic = Diagnostic::new(Code::Member, name.span, message, "not declared there");
+            let diagnostic =
+                Diagnostic::new(Code::Member, name.span, message, "not declared there");
             self.report(diagnostic.hint(hint));
             return None;
         };

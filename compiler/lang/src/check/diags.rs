@@ -34,9 +34,8 @@ impl Diags {
 
     /// Adds a message about a further member of a bank, unless one like it tells of the same place.
     pub fn push_again(&mut self, diagnostic: Diagnostic) {
-        let told = |known: &Diagnostic| {
-            known.code == diagnostic.code && known.span == diagnostic.span
-        };
+        let told =
+            |known: &Diagnostic| known.code == diagnostic.code && known.span == diagnostic.span;
         if self.list.iter().any(told) {
             self.errors += usize::from(diagnostic.severity() == Severity::Error);
         } else {

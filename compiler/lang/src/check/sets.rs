@@ -3,8 +3,8 @@
 use super::Options;
 use super::diags::Diags;
 use super::items::Items;
-use crate::diag::{Advice, Code, Diagnostic, nearest};
 use super::settings::param_names;
+use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::syntax::ast::Instrument;
 use crate::units::{Quantity, parse_quantity};
 use whippen_source::Span;

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::Options;
+use super::bank;
 use super::diags::Diags;
 use super::items::Items;
 use super::keyboard::{Board, instrument_id};
 use super::per_key::PerKey;
 use super::sets::Set;
 use crate::diag::{Code, Diagnostic};
-use super::bank;
 use crate::syntax::ast::{Decl, DeclKind};
 use crate::units::Quantity;
 use whippen_source::Span;

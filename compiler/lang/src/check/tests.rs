@@ -1,5 +1,6 @@
 //! Tests of the checker.
 
+mod bank;
 mod bundled;
 mod cases;
 mod messages;

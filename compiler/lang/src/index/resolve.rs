@@ -273,7 +273,9 @@ impl Resolver<'_> {
                 }
             }
             ExprKind::Prime(a) | ExprKind::Neg(a) | ExprKind::Not(a) => self.expr(a),
-            ExprKind::Binary(_, a, b) | ExprKind::Member(a, b) => [a, b].into_iter().for_each(|e| self.expr(e)),
+            ExprKind::Binary(_, a, b) | ExprKind::Member(a, b) => {
+                [a, b].into_iter().for_each(|e| self.expr(e))
+            }
             ExprKind::If(c, a, b) => [c, a, b].into_iter().for_each(|e| self.expr(e)),
             ExprKind::Is { machine, state, .. } => {
                 self.name(machine, |k| k == NameKind::Machine);

@@ -74,7 +74,19 @@ fn begins(token: Token) -> bool {
     use Token::*;
     let declares = matches!(
         token,
-        Sense | Live | Param | Let | Body | States | State | Next | Event | Pulse | Hold | Force | Bank
+        Sense
+            | Live
+            | Param
+            | Let
+            | Body
+            | States
+            | State
+            | Next
+            | Event
+            | Pulse
+            | Hold
+            | Force
+            | Bank
     );
     let acts = matches!(token, Emit | Fire | Assigned(_) | Left(_) | Defined(_));
     declares

@@ -151,7 +151,11 @@ impl Token<'_> {
     /// Whether an expression may end with it.
     pub fn ends_expression(self) -> bool {
         use Token::*;
-        self.name().is_some() || matches!(self, Number(_) | Broken | RightParen | RightBracket | Prime | On | Off)
+        self.name().is_some()
+            || matches!(
+                self,
+                Number(_) | Broken | RightParen | RightBracket | Prime | On | Off
+            )
     }
 }
 

@@ -506,6 +506,70 @@ pub const MOTION: &[Case] = &[
         &["WH0302"],
         "live param v = 0.5 in 0 .. 1 glide 20 mm",
     ),
+    case("a bank from 1", &["WH0427"], "bank b over i in 1 .. 4 { }"),
+    case("a bank of 65", &["WH0427"], "bank b over i in 0 .. 64 { }"),
+    case(
+        "a bank of metres",
+        &["WH0427"],
+        "bank b over i in 0 m .. 3 m { }",
+    ),
+    case(
+        "a bank in a bank",
+        &["WH0428"],
+        "bank b over i in 0 .. 3 { bank c over j in 0 .. 3 { let y = x } }",
+    ),
+    case(
+        "force in a bank",
+        &["WH0428"],
+        "bank b over i in 0 .. 3 { force f = 1 N }",
+    ),
+    case(
+        "a member writes outside",
+        &["WH0428"],
+        "state s: length in 0 mm .. 1 mm bank b over i in 0 .. 3 { next s = 1 mm }",
+    ),
+    case(
+        "a member reads another",
+        &["WH0429"],
+        "bank b over i in 0 .. 3 { let y = x let z = y + b[0].y }",
+    ),
+    case(
+        "a member reads all by way of a value",
+        &["WH0429"],
+        "bank b over i in 0 .. 3 { let y = x let z = y + all } let all = sum(b.y)",
+    ),
+    case("each outside", &["WH0622"], "let a = each(1, 2)"),
+    case(
+        "each of three for four",
+        &["WH0622"],
+        "bank b over i in 0 .. 3 { let a = each(1, 2, 3) }",
+    ),
+    case(
+        "each of two types",
+        &["WH0301"],
+        "bank b over i in 0 .. 1 { let a = each(1 mm, 2 N) }",
+    ),
+    case(
+        "a member outside",
+        &["WH0623"],
+        "bank b over i in 0 .. 3 { let y = x } let a = b[4].y",
+    ),
+    case(
+        "a number that changes",
+        &["WH0220"],
+        "bank b over i in 0 .. 3 { let y = x } let a = b[x / 1 mm].y",
+    ),
+    case(
+        "sum of what is not there",
+        &["WH0623"],
+        "bank b over i in 0 .. 3 { let y = x } let a = sum(b.z)",
+    ),
+    case("sum of no bank", &["WH0623"], "let a = sum(x)"),
+    case(
+        "a bank as a value",
+        &["WH0623"],
+        "bank b over i in 0 .. 3 { let y = x } let a = b.y",
+    ),
     case("a side between", &["WH0620"], "sound a on middle = 0.5"),
     case("sound in metres", &["WH0302"], "sound a = x"),
     case(

@@ -31,7 +31,8 @@ const KINDS: &[WordKind] = &[
         needs: &["let"],
         covers: &[
             "sense", "live", "param", "let", "body", "states", "state", "next", "event", "pulse",
-            "hold", "force", "torque", "noise", "delay", "feed", "sound", "string", "defined",
+            "hold", "force", "torque", "noise", "delay", "feed", "sound", "string", "bank",
+            "defined",
         ],
         words: false,
     },
@@ -119,10 +120,12 @@ pub(super) fn of(expected: &[&str]) -> String {
             left.retain(|e| !(kind.covers.contains(e) || kind.words && SOFT_KEYWORDS.contains(e)));
         }
     }
-    words.extend(
-        left.iter()
-            .map(|token| format!("`{}`", token.trim_end_matches(|c: char| c.is_ascii_digit() || token.len() == 2 && c == 'b'))),
-    );
+    words.extend(left.iter().map(|token| {
+        format!(
+            "`{}`",
+            token.trim_end_matches(|c: char| c.is_ascii_digit() || token.len() == 2 && c == 'b')
+        )
+    }));
     match words.pop() {
         None => "nothing more".to_string(),
         Some(last) if words.is_empty() => last,

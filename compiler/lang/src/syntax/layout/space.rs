@@ -11,9 +11,7 @@ pub(super) fn before(pieces: &[Piece], row: usize, at: usize) -> bool {
     match (left, pieces[at].token) {
         (LeftParen | LeftBracket | Dot, _)
         | (_, Comma | RightParen | LeftBracket | RightBracket | Colon | Prime)
-        | (Open(_), Close(_)) => {
-            false
-        }
+        | (Open(_), Close(_)) => false,
         // A point or a power behind a number would be taken for a part of it or of its unit.
         (_, Dot) => matches!(left, Number(_)),
         (_, Caret) => has_unit(left),

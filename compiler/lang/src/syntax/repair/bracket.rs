@@ -99,10 +99,7 @@ fn begins_bank(tokens: &Tokens, i: usize) -> bool {
 /// Whether a declaration begins here that cannot stand in a bank.
 fn begins_outside_of_banks(tokens: &Tokens, i: usize) -> bool {
     use Token::{Bank, Force, Sense, Sound, Torque};
-    matches!(
-        tokens[i].node,
-        Sense | Force | Torque | Sound | Bank
-    ) && begins_declaration(tokens, i)
+    matches!(tokens[i].node, Sense | Force | Torque | Sound | Bank) && begins_declaration(tokens, i)
 }
 
 /// Whether a declaration of an instrument or a term begins here, and nothing else can.

@@ -23,7 +23,11 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
         };
         tokens[i].node = match level {
             _ if !begins => continue,
-            Level::Outer | Level::Bank if is_named_by_keyword(&tokens, i) || is_pushed(&tokens, i) => continue,
+            Level::Outer | Level::Bank
+                if is_named_by_keyword(&tokens, i) || is_pushed(&tokens, i) =>
+            {
+                continue;
+            }
             Level::Outer | Level::Bank if defines(&tokens, i) => Token::Defined(name),
             Level::Middle if leaves(&tokens, i) => Token::Left(name),
             Level::Middle | Level::Inner if assigns(&tokens, i) => Token::Assigned(name),

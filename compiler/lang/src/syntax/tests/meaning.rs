@@ -42,6 +42,7 @@ fn show(expr: &Expr) -> String {
             )
         }
         ExprKind::If(c, a, b) => format!("(if {} then {} else {})", show(c), show(a), show(b)),
+        ExprKind::Member(bank, index) => format!("{}[{}]", show(bank), show(index)),
         ExprKind::Error => "?".to_string(),
     }
 }
