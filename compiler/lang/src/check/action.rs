@@ -274,16 +274,7 @@ impl<'a> Elaborator<'a, '_> {
             );
             good = None;
         }
-        if of_member && !names.iter().any(|n| n == MEMBER) {
-            let message = format!(
-                "`{}` is emitted in a bank, where it has the argument `{MEMBER}`, and outside of it",
-                name.node
-            );
-            let hint = "give the two events different names";
-            let label = "in a bank";
-            self.report_emission(Code::UnknownArgument, id, name.span, message, label, hint);
-            good = None;
-        }
+        good = good.and(self.once_in_banks(id, name, of_member));
         let missing: Vec<&str> = names
             .iter()
             .filter(|n| !(of_member && **n == MEMBER))
@@ -304,6 +295,25 @@ impl<'a> Elaborator<'a, '_> {
             good = None;
         }
         good
+    }
+
+    /// Whether an event that a member emits is one of members.
+    fn once_in_banks(&mut self, id: EmissionId, name: &Name, of_member: bool) -> Option<()> {
+        let known = self.model.emissions[id]
+            .args
+            .iter()
+            .any(|(n, _)| n == MEMBER);
+        if of_member && !known {
+            let message = format!(
+                "`{}` is emitted in a bank, where it has the argument `{MEMBER}`, and outside of it",
+                name.node
+            );
+            let hint = "give the two events different names";
+            let label = "in a bank";
+            self.report_emission(Code::UnknownArgument, id, name.span, message, label, hint);
+            return None;
+        }
+        Some(())
     }
 
     fn report_emission(

@@ -100,21 +100,26 @@ impl<'a> Elaborator<'a, '_> {
         here.member.or_else(around)
     }
 
-    /// Reports what cannot stand in a bank.
-    pub fn not_in_a_bank(&mut self, kind: &DeclKind, name: &Name) -> Made {
-        let (word, _) = kind.label();
+    /// Reports what cannot stand in a bank; none where the scope is no member of one.
+    pub fn not_in_a_bank(&mut self, scope: ScopeId, kind: &'a DeclKind) -> Option<Made> {
+        self.scopes[scope.0].member?;
+        let (word, name) = kind.label();
         let hint = match kind {
             DeclKind::Bank { .. } => "a bank stands in an instrument or a term",
             DeclKind::Sense { .. } => "sense it outside: all members see it",
             DeclKind::Result { .. } => "write `let` in the bank, and give back `sum(bank.value)`",
-            _ => {
+            DeclKind::Force { .. } | DeclKind::Sound { .. } => {
                 "give its value a name with `let`, and add those of all members outside: `sum(bank.value)`"
             }
+            _ => return None,
         };
         let message = format!("a `{word}` cannot be declared in a bank");
         let label = "belongs outside of the bank";
         self.report(Diagnostic::new(Code::InBank, name.span, message, label).hint(hint));
-        Made::Nothing
+        if matches!(kind, DeclKind::Sense { .. } | DeclKind::Bank { .. }) {
+            self.enter(scope, name, Thing::Broken);
+        }
+        Some(Made::Nothing)
     }
 
     /// Enters a bank.

@@ -87,7 +87,8 @@ impl<'a> Elaborator<'a, '_> {
     pub fn declare_all(&mut self, id: ScopeId) {
         let decls = self.scopes[id.0].decls;
         for decl in decls {
-            let made = self.declare(id, decl);
+            let misplaced = self.not_in_a_bank(id, &decl.kind);
+            let made = misplaced.unwrap_or_else(|| self.declare(id, decl));
             self.scopes[id.0].made.push(made);
         }
         if self.scopes[id.0].member.is_none() {
@@ -169,25 +170,7 @@ impl<'a> Elaborator<'a, '_> {
 
     fn declare(&mut self, scope: ScopeId, decl: &'a Decl) -> Made {
         let in_term = self.scopes[scope.0].term.is_some();
-        let in_bank = self.scopes[scope.0].member.is_some();
         match &decl.kind {
-            DeclKind::Sense { name, .. }
-            | DeclKind::Force { name, .. }
-            | DeclKind::Sound { name, .. }
-            | DeclKind::Result { name, .. }
-                if in_bank =>
-            {
-                let made = self.not_in_a_bank(&decl.kind, name);
-                if let DeclKind::Sense { .. } = decl.kind {
-                    self.enter(scope, name, Thing::Broken);
-                }
-                made
-            }
-            DeclKind::Bank { name, .. } if in_bank => {
-                let made = self.not_in_a_bank(&decl.kind, name);
-                self.enter(scope, name, Thing::Broken);
-                made
-            }
             DeclKind::Bank { name, .. } => self.declare_bank(scope, name),
             DeclKind::Sense { name, .. }
             | DeclKind::Param { name, .. }

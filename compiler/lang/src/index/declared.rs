@@ -109,10 +109,7 @@ impl Index {
                 self.definitions[at].calls = Some(callee.node.clone());
             }
             DeclKind::States { transitions, .. } => self.machine(at, transitions),
-            DeclKind::Bank { index, decls, .. } => {
-                self.define(NameKind::Number, index, index.span);
-                decls.iter().for_each(|inner| self.decl(inner));
-            }
+            DeclKind::Bank { index, decls, .. } => self.bank(index, decls),
             DeclKind::Body { parts, .. } => {
                 for part in parts {
                     match part {
@@ -147,6 +144,12 @@ impl Index {
                 _ => {}
             }
         }
+    }
+
+    /// The number of its members and what they declare.
+    fn bank(&mut self, index: &Name, decls: &[Decl]) {
+        self.define(NameKind::Number, index, index.span);
+        decls.iter().for_each(|inner| self.decl(inner));
     }
 
     /// The states of a machine, each where it is named first.

@@ -99,15 +99,17 @@ impl Resolver<'_> {
                 self.range(range);
                 self.expr(lasting);
             }
-            DeclKind::Bank { range, decls, .. } => {
-                self.range(range);
-                decls.iter().for_each(|inner| self.decl(inner));
-            }
+            DeclKind::Bank { range, decls, .. } => self.bank(range, decls),
             DeclKind::Hold { body, guard } => {
                 self.name(body, |k| matches!(k, NameKind::Body | NameKind::String));
                 self.expr(guard);
             }
         }
+    }
+
+    fn bank(&mut self, range: &RangeExpr, decls: &[Decl]) {
+        self.range(range);
+        decls.iter().for_each(|inner| self.decl(inner));
     }
 
     fn range(&mut self, range: &RangeExpr) {

@@ -546,7 +546,7 @@ pub const MOTION: &[Case] = &[
     ),
     case(
         "each of two types",
-        &["WH0301"],
+        &["WH0302"],
         "bank b over i in 0 .. 1 { let a = each(1 mm, 2 N) }",
     ),
     case(
@@ -556,7 +556,7 @@ pub const MOTION: &[Case] = &[
     ),
     case(
         "a number that changes",
-        &["WH0220"],
+        &["WH0308"],
         "bank b over i in 0 .. 3 { let y = x } let a = b[x / 1 mm].y",
     ),
     case(

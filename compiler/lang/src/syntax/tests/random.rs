@@ -225,16 +225,6 @@ impl Dice {
         }
     }
 
-    /// A declaration that is no bank.
-    fn decl_in_bank(&mut self) -> Decl {
-        loop {
-            let decl = self.decl();
-            if !matches!(decl.kind, DeclKind::Bank { .. }) {
-                return decl;
-            }
-        }
-    }
-
     fn decl(&mut self) -> Decl {
         let (name, value) = (self.name(), self.value());
         let kind = match self.below(18) {
@@ -317,10 +307,7 @@ impl Dice {
                 name,
                 index: self.name(),
                 range: self.range(),
-                decls: match self.below(4) {
-                    0 => Vec::new(),
-                    _ => vec![self.decl_in_bank()],
-                },
+                decls: self.maybe(Dice::decl).into_iter().collect(),
             },
             _ => DeclKind::Result { name, value },
         };
