@@ -63,6 +63,8 @@ fn is_named_by_keyword(tokens: &[Spanned<Token>], i: usize) -> bool {
             }
             // `noise torque`, and a definition behind it.
             Some(Token::Noise) if torque && !follows_sign(back(3)) => false,
+            // `noise zones` in an instrument; in a keyboard a name ends a setting so.
+            Some(Token::Noise) if zones && begins_noise(back(3)) => false,
             // A noise may be called as it likes.
             Some(_) if torque && back(3) == Some(Token::Noise) => true,
             // What these lead is a value, unless they are names themselves.
@@ -75,6 +77,12 @@ fn is_named_by_keyword(tokens: &[Spanned<Token>], i: usize) -> bool {
             Some(token) => token.ends_expression(),
             None => false,
         }
+}
+
+/// Whether a `noise` behind such a token begins a declaration: it names nothing in a keyboard.
+fn begins_noise(before: Option<Token>) -> bool {
+    let sets = matches!(before, Some(Token::Board | Token::Device | Token::Programs));
+    !sets && !follows_sign(before)
 }
 
 /// Whether what stands behind such a token is part of an expression.
