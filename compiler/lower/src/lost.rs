@@ -63,9 +63,10 @@ pub fn dead_bands<'u>(
         let paths = || update.paths.iter();
         let most = paths().filter_map(|path| added(step, ranges, update.cell, path));
         let most = most.fold(0.0, f64::max);
+        let followed = paths().map(|path| path.followed).fold(0.0, f64::max);
         let of = |path: &Path| {
             let own = path.gradient(&gradients).get(&update.cell).copied()?;
-            dead_band(path.error, own, most)
+            dead_band(path, own, most, followed)
         };
         let band = paths().filter_map(of);
         Some((update, band.max_by(|a, b| a.width.total_cmp(&b.width))?))
@@ -73,15 +74,21 @@ pub fn dead_bands<'u>(
     updates.iter().filter_map(widest).collect()
 }
 
-/// The dead band of what rounds by `error`, keeps the part `own` of itself, and adds as much as
-/// `added` to that; none where nothing rounds, or nothing is added.
-fn dead_band(error: f64, own: Interval, added: f64) -> Option<DeadBand> {
+/// The dead band of what rounds, keeps the part `own` of itself, and adds as much as `added` to
+/// that; none where nothing rounds, or nothing is added. What a lag follows may be wrong itself:
+/// then it goes elsewhere, but it gets there. The bound of the error is that of all ways together,
+/// so what is lost for sure is less than it by the most that one `followed`.
+fn dead_band(path: &Path, own: Interval, added: f64, followed: f64) -> Option<DeadBand> {
     let part = 1.0 - own.magnitude();
     let part = (part > 0.0).then_some(part);
-    (error > 0.0 && added > 0.0).then(|| DeadBand {
-        width: part.map_or(error, |part| error / part),
+    let (lost, sure) = match part {
+        Some(_) => (path.error - path.followed, path.error - followed),
+        None => (path.error, path.error),
+    };
+    (lost > 0.0 && added > 0.0).then(|| DeadBand {
+        width: part.map_or(lost, |part| lost / part),
         part,
-        excess: error * PARTS / added,
+        excess: sure * PARTS / added,
     })
 }
 
