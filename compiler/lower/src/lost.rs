@@ -203,22 +203,44 @@ mod tests {
         }
     }
 
+    fn rounding(error: f64) -> Path {
+        Path {
+            constant: 0.0,
+            terms: std::collections::BTreeMap::new(),
+            error,
+            followed: 0.0,
+        }
+    }
+
+    #[test]
+    fn what_a_lag_follows_is_no_loss_of_its_own() {
+        let path = Path {
+            followed: 0.3,
+            ..rounding(0.5)
+        };
+        let band = dead_band(&path, slope(0.75), 100.0, 0.4).expect("it rounds");
+        assert!((band.width - 0.8).abs() < 1e-12);
+        assert!((band.excess - 0.1 * PARTS / 100.0).abs() < 1e-9);
+        let sum = dead_band(&path, slope(1.0), 100.0, 0.4).expect("it rounds");
+        assert_eq!(sum.width, 0.5);
+    }
+
     #[test]
     fn a_lag_stays_within_its_rounding_over_the_part_it_goes() {
-        let band = dead_band(0.5, slope(0.75), 100.0).expect("it rounds");
+        let band = dead_band(&rounding(0.5), slope(0.75), 100.0, 0.0).expect("it rounds");
         assert_eq!((band.width, band.part), (2.0, Some(0.25)));
         assert_eq!(band.excess, 0.5 * PARTS / 100.0);
     }
 
     #[test]
     fn what_adds_up_misses_what_is_less_than_its_rounding() {
-        let band = dead_band(0.5, slope(1.0), 100.0).expect("it rounds");
+        let band = dead_band(&rounding(0.5), slope(1.0), 100.0, 0.0).expect("it rounds");
         assert_eq!((band.width, band.part), (0.5, None));
     }
 
     #[test]
     fn what_does_not_round_or_adds_nothing_has_none() {
-        assert_eq!(dead_band(0.0, slope(1.0), 1.0), None);
-        assert_eq!(dead_band(0.5, slope(1.0), 0.0), None);
+        assert_eq!(dead_band(&rounding(0.0), slope(1.0), 1.0, 0.0), None);
+        assert_eq!(dead_band(&rounding(0.5), slope(1.0), 0.0, 0.0), None);
     }
 }
