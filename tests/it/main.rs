@@ -27,6 +27,7 @@ mod messages;
 mod midi;
 mod newcomers;
 mod organ_and_plucked;
+mod pedals;
 mod pictures;
 mod pipeline;
 mod played;
