@@ -58,7 +58,7 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 8] = [
+pub const PROGRAMS: [(&str, &str); 9] = [
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",
@@ -78,6 +78,10 @@ pub const PROGRAMS: [(&str, &str); 8] = [
     (
         "plucked_string.whip",
         include_str!("../programs/plucked_string.whip"),
+    ),
+    (
+        "bowed_string.whip",
+        include_str!("../programs/bowed_string.whip"),
     ),
 ];
 
