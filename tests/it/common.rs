@@ -80,6 +80,10 @@ pub const PROGRAMS: [(&str, &str); 9] = [
         "plucked_string.whip",
         include_str!("../programs/plucked_string.whip"),
     ),
+    (
+        "bowed_string.whip",
+        include_str!("../programs/bowed_string.whip"),
+    ),
 ];
 
 /// Every bundled instrument, and those of [`PROGRAMS`].

@@ -1,6 +1,7 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod bowed;
 mod budget;
 mod button_and_knob;
 mod cli;
