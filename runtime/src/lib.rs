@@ -35,6 +35,7 @@ pub mod report;
 pub mod ringing;
 pub mod session;
 pub mod sound;
+pub mod spectrogram;
 pub mod stroke;
 pub mod titles;
 pub mod trace;

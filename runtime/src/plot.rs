@@ -4,6 +4,7 @@
 //!   key travel      ______/~~~\___      \
 //!   force           one line per term    |  one time axis; strikes are marked through all panels
 //!   coordinates     hammer, ...          |
+//!   sound           level by frequency   |
 //!   states          [touching][flying]  /
 //!   ---------------- time (s) ---------
 //!   force over travel: press, return       its own axes
@@ -26,6 +27,7 @@ pub(crate) mod layout;
 mod map;
 mod path;
 mod png;
+mod spectrum;
 mod svg;
 mod time;
 
@@ -36,6 +38,7 @@ use std::path::Path;
 
 use crate::files::{FileError, write_whole};
 use crate::record::Record;
+use crate::spectrogram::Spectrogram;
 use crate::titles::split_title;
 use crate::trace::{Column, EventRow, Trace};
 pub use map::{Curve, Map};
@@ -88,6 +91,8 @@ pub struct Figure<'a> {
     pub total: Option<Series<'a>>,
     /// Coordinates of bodies.
     pub coordinates: Vec<Series<'a>>,
+    /// What the sound is made of.
+    pub spectrograms: Vec<&'a Spectrogram>,
     /// State machines.
     pub machines: Vec<Machine<'a>>,
     /// What the marks are, for the legend: `note (m/s)`.
@@ -150,6 +155,7 @@ impl<'a> Figure<'a> {
             forces: roles.forces.iter().filter_map(series).collect(),
             total: series(&roles.total),
             coordinates: roles.coordinates.iter().filter_map(series).collect(),
+            spectrograms: trace.spectrograms.iter().collect(),
             machines: (roles.machines.iter().filter_map(column))
                 .map(machine)
                 .collect(),
@@ -177,6 +183,7 @@ impl<'a> Figure<'a> {
         series
             .map(|s| s.record.ticks())
             .chain(self.machines.iter().map(|m| m.record.ticks()))
+            .chain(self.spectrograms.iter().map(|s| s.samples()))
             .max()
             .unwrap_or(0)
     }

@@ -1,6 +1,7 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod bowed;
 mod budget;
 mod button_and_knob;
 mod cli;
@@ -28,6 +29,7 @@ mod messages;
 mod midi;
 mod newcomers;
 mod organ_and_plucked;
+mod pedals;
 mod pictures;
 mod pipeline;
 mod played;
