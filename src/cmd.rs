@@ -17,6 +17,7 @@ mod keys;
 mod load;
 mod lsp;
 mod man;
+mod measure;
 mod motion;
 mod new;
 mod numbers;
@@ -57,6 +58,8 @@ enum Command {
     Check(check::Args),
     /// Move the key of an instrument and record what it does
     Run(Box<run::Args>),
+    /// Measure a key as a piano technician does: weights, let-off, repetition
+    Measure(Box<measure::Args>),
     /// Compile an instrument for a microcontroller: files to link, and their bindings
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
@@ -84,6 +87,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::New(args)) => new::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Measure(args)) => measure::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),

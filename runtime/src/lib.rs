@@ -24,6 +24,7 @@ pub mod files;
 pub mod gesture;
 pub mod image;
 pub mod keyboard;
+pub mod measure;
 pub mod midi;
 pub mod motion;
 pub mod motor;

@@ -204,10 +204,14 @@ impl<'a> Figure<'a> {
 /// # Errors
 /// The name ends otherwise, or the file cannot be written.
 pub fn save(figure: &Figure, path: &Path) -> Result<(), FileError> {
+    save_drawing(&layout::draw(figure), path)
+}
+
+/// Writes a drawing as a file's name says.
+fn save_drawing(drawing: &drawing::Drawing, path: &Path) -> Result<(), FileError> {
     let bytes = match ending(path).as_str() {
-        "svg" => figure.svg().into_bytes(),
-        "png" => figure
-            .png()
+        "svg" => svg::print(drawing).into_bytes(),
+        "png" => png::paint(drawing)
             .ok_or_else(|| FileError::new(path, "the figure is too large for a picture"))?,
         _ => {
             return Err(FileError::new(

@@ -24,6 +24,7 @@ mod language;
 mod library;
 mod limits;
 mod lsp;
+mod measure;
 mod messages;
 mod midi;
 mod newcomers;
