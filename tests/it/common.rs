@@ -58,7 +58,7 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 9] = [
+pub const PROGRAMS: [(&str, &str); 10] = [
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",
