@@ -8,6 +8,7 @@ mod completions;
 mod dump;
 mod emulate;
 mod errors;
+mod experiment;
 mod explain;
 mod file_plan;
 mod fmt;
@@ -57,6 +58,8 @@ enum Command {
     Check(check::Args),
     /// Move the key of an instrument and record what it does
     Run(Box<run::Args>),
+    /// Repeat an experiment: play it, draw its figure, and say whether what it asserts holds
+    Experiment(experiment::Args),
     /// Compile an instrument for a microcontroller: files to link, and their bindings
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
@@ -84,6 +87,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::New(args)) => new::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),
