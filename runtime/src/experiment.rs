@@ -20,9 +20,6 @@ mod file;
 mod judge;
 mod steps;
 
-#[cfg(test)]
-mod tests;
-
 pub use bind::Bound;
 pub use columns::Part;
 pub use file::{Experiment, Instrument, Mover};

@@ -1,7 +1,7 @@
 //! What names of an experiment stand for: columns and events of its instruments.
 
 use whippen_compiler::diag::nearest;
-use whippen_compiler::units::Dim;
+use whippen_compiler::units::{Dim, shown};
 
 use super::fields::Written;
 use super::file::Experiment;
@@ -40,6 +40,18 @@ pub struct Found {
     pub at: usize,
     pub heading: Heading,
     pub dim: Dim,
+}
+
+impl Found {
+    /// A value in its unit.
+    pub fn shown(&self, value: f64) -> String {
+        let label = self.heading.label(value);
+        let number = || match &*self.heading.unit {
+            "rad" => format!("{} rad", shown(value, self.dim)),
+            _ => shown(value, self.dim),
+        };
+        label.map_or_else(number, String::from)
+    }
 }
 
 /// Looks names up.

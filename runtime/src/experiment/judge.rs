@@ -162,7 +162,7 @@ fn judge(
             match extent(values.iter().copied()) {
                 Some(ends) => (
                     inside(test, ends.0) && inside(test, ends.1),
-                    told(ends, test.dim),
+                    spanned(ends, |value| shown(value, test.dim)),
                 ),
                 None => (false, "the event never comes".to_string()),
             }
@@ -195,7 +195,7 @@ fn of_columns(trace: &Trace, test: &Test, window: &Window) -> (bool, String) {
         return (false, format!("a value is {bad}"));
     }
     let ends = extent(first.iter().copied()).unwrap_or((f64::NAN, f64::NAN));
-    let one = |value: f64| (inside(test, value), shown(value, test.dim));
+    let one = |value: f64| (inside(test, value), test.columns[0].shown(value));
     match test.subject {
         Subject::Greatest => one(ends.1),
         Subject::Least => one(ends.0),
@@ -211,13 +211,7 @@ fn of_columns(trace: &Trace, test: &Test, window: &Window) -> (bool, String) {
             (inside(test, count), format!("{count}"))
         }
         _ => {
-            let heading = &test.columns[0].heading;
-            let label = |value: f64| heading.label(value).map(str::to_string);
-            let found = match (label(ends.0), label(ends.1)) {
-                (Some(low), Some(high)) if low == high => low,
-                (Some(low), Some(high)) => format!("{low} and {high}"),
-                _ => told(ends, test.dim),
-            };
+            let found = spanned(ends, |value| test.columns[0].shown(value));
             (inside(test, ends.0) && inside(test, ends.1), found)
         }
     }
@@ -227,11 +221,11 @@ fn inside(test: &Test, value: f64) -> bool {
     (test.low..=test.high).contains(&value)
 }
 
-fn told((low, high): (f64, f64), dim: Dim) -> String {
+fn spanned((low, high): (f64, f64), show: impl Fn(f64) -> String) -> String {
     if low == high {
-        shown(low, dim)
+        show(low)
     } else {
-        format!("{} .. {}", shown(low, dim), shown(high, dim))
+        format!("{} .. {}", show(low), show(high))
     }
 }
 

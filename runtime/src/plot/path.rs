@@ -34,11 +34,12 @@ pub fn draw(
     let y = Axis::around([force.record].into_iter(), bottom, top).in_units(y_factor);
     upright_grid(page, &x, top, bottom);
     level_grid(page, &y, top, heading(&over(force.unit, seconds), &y_unit));
-    for place in places {
-        let at = x.place(place.at);
+    for (number, place) in places.iter().enumerate() {
+        // Neighbours are labelled in three rows.
+        let (at, row) = (x.place(place.at), 10.0 + LEADING * (number % 3) as f64);
         page.line(vec![(at, top), (at, bottom)], MARK, 0.8);
         page.text(
-            (at + 3.0, top + 10.0),
+            (at + 3.0, top + row),
             Anchor::Start,
             TEXT,
             DARK,
