@@ -31,7 +31,8 @@ pub struct Args {
     /// list of those
     #[arg(value_name = "NAME|all|FILE.toml", value_hint = ValueHint::FilePath)]
     words: Vec<OsString>,
-    /// What runs the instruments: jit (compiled, fixed point), interp (the reference) or ideal (f64)
+    /// What runs the instruments: jit (compiled, fixed point), interp (the reference) or ideal
+    /// (f64)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
     /// Picture of the only experiment
@@ -49,13 +50,13 @@ pub struct Args {
 }
 
 /// An experiment, and where it stands.
-struct Wanted {
+struct Asked {
     experiment: Experiment,
     /// Its file; none for a bundled one.
     file: Option<PathBuf>,
 }
 
-impl Wanted {
+impl Asked {
     /// The picture of `--pictures`.
     fn picture(&self, folder: &Path) -> PathBuf {
         folder.join(format!("{}.svg", self.experiment.name))
@@ -110,7 +111,7 @@ pub fn run(args: &Args) -> Outcome {
     }
 }
 
-fn draw(args: &Args, one: &Wanted, played: &Played) -> Outcome {
+fn draw(args: &Args, one: &Asked, played: &Played) -> Outcome {
     let of_folder = args.pictures.as_ref().map(|folder| one.picture(folder));
     for path in args.plot.iter().chain(&of_folder) {
         let figure = played.bound.figure(&played.trace);
@@ -151,7 +152,7 @@ fn bundled(file: &str, text: &str) -> Result<Experiment, Failure> {
 }
 
 /// The experiments of the command line.
-fn wanted(words: &[OsString]) -> Result<Vec<Wanted>, Failure> {
+fn wanted(words: &[OsString]) -> Result<Vec<Asked>, Failure> {
     let mut all = Vec::new();
     for word in words {
         let path = Path::new(word);
@@ -164,7 +165,7 @@ fn wanted(words: &[OsString]) -> Result<Vec<Wanted>, Failure> {
             let text = read_text(path, InputKind::DESCRIPTION);
             let text = text.map_err(|e| Failure::Usage(e.to_string()))?;
             let experiment = Experiment::read(path, &text);
-            all.push(Wanted {
+            all.push(Asked {
                 experiment: experiment.map_err(|e| Failure::Usage(e.to_string()))?,
                 file: Some(path.to_path_buf()),
             });
@@ -173,7 +174,7 @@ fn wanted(words: &[OsString]) -> Result<Vec<Wanted>, Failure> {
         } else {
             for (file, text) in found {
                 let experiment = bundled(file, text)?;
-                all.push(Wanted {
+                all.push(Asked {
                     experiment,
                     file: None,
                 });
@@ -196,7 +197,7 @@ fn absent(word: &OsString) -> Failure {
 }
 
 /// What is read and written.
-fn plan(args: &Args, wanted: &[Wanted]) -> Result<FilePlan, Failure> {
+fn plan(args: &Args, wanted: &[Asked]) -> Result<FilePlan, Failure> {
     let mut plan = FilePlan::default();
     for one in wanted {
         plan = plan.reads(&one.file);

@@ -201,7 +201,7 @@ fn what_is_wrong_with_a_file_is_told_with_its_line() {
         (
             "greatest = \"spring\"",
             "greatest = \"sprung\"",
-            &["line 22", "no column `sprung`", "spring"],
+            &["line 21", "no column `sprung`", "spring"],
         ),
         (
             "is = \"note\"",
@@ -211,7 +211,7 @@ fn what_is_wrong_with_a_file_is_told_with_its_line() {
         (
             "\"1.15 N\"",
             "\"1.15 mm\"",
-            &["line 23", "`1.15 mm` is in m", "in N"],
+            &["line 22", "`1.15 mm` is in m", "in N"],
         ),
         ("\"x above 2 mm\"", "\"x above 2 N\"", &["line 9", "`2 N`"]),
         ("to 10 mm in", "to 10 N in", &["steps are in m"]),

@@ -75,10 +75,15 @@ impl Names<'_> {
         let at = match (titled, &all[..]) {
             (Some(at), _) | (None, [at]) => *at,
             (None, []) => {
-                let titles = || part.headings.iter().map(Heading::title);
-                let near = titles().find(|title| nearest(name, [title.as_str()]).is_some());
+                let known = || {
+                    part.headings
+                        .iter()
+                        .flat_map(|h| [h.name.clone(), h.title()])
+                };
+                let near = known().find(|known| nearest(name, [known.as_str()]).is_some());
+                let titles = part.headings.iter().map(Heading::title);
                 let hint = near.map_or_else(
-                    || format!("there are {}", titles().collect::<Vec<_>>().join(", ")),
+                    || format!("there are {}", titles.collect::<Vec<_>>().join(", ")),
                     |near| format!("did you mean `{}`?", part.called(&near)),
                 );
                 return error(format!("there is no column `{}`; {hint}", written.text));

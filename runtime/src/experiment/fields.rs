@@ -18,12 +18,12 @@ pub struct Written {
 
 /// The text of a file, for the lines of what is wrong.
 #[derive(Clone, Copy)]
-pub struct Source<'a> {
+pub struct FileText<'a> {
     pub path: &'a Path,
     pub text: &'a str,
 }
 
-impl Source<'_> {
+impl FileText<'_> {
     pub fn line(&self, at: usize) -> u64 {
         let before = &self.text.as_bytes()[..at.min(self.text.len())];
         before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1
@@ -36,7 +36,7 @@ impl Source<'_> {
 
 /// A table with the keys that it may have.
 pub struct Fields<'a> {
-    pub source: Source<'a>,
+    pub source: FileText<'a>,
     table: &'a DeTable<'a>,
     /// The line of the table.
     pub line: u64,
@@ -48,7 +48,7 @@ impl<'a> Fields<'a> {
     /// # Errors
     /// There is a key that is not known.
     pub fn new(
-        source: Source<'a>,
+        source: FileText<'a>,
         table: &'a DeTable<'a>,
         line: u64,
         name: &'static str,

@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::de::DeTable;
 
 use super::claims::{self, Claim};
-use super::fields::{Fields, Source, Written, quantity};
+use super::fields::{Fields, FileText, Written, quantity};
 use super::steps::{Moment, Way};
 use crate::files::FileError;
 
@@ -105,7 +105,7 @@ impl Experiment {
     /// # Errors
     /// What is wrong with it, and in which line.
     pub fn read(path: &Path, text: &str) -> Result<Experiment, FileError> {
-        let source = Source { path, text };
+        let source = FileText { path, text };
         let table = DeTable::parse(text).map_err(|e| {
             let line = e.span().map_or(1, |span| source.line(span.start));
             source.error(line, e.message())

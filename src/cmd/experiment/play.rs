@@ -77,6 +77,7 @@ pub fn play<'e>(
                 .collect::<Vec<_>>(),
         );
     }
+    one_rate(&all)?;
     let bound = Bound::new(experiment, &parts).map_err(|e| Failure::Usage(e.to_string()))?;
     let (mut traces, mut warnings) = (Vec::new(), Vec::new());
     for (ready, part) in all.into_iter().zip(&parts) {
@@ -95,6 +96,19 @@ pub fn play<'e>(
         sources,
         warnings,
     })
+}
+
+/// Instruments side by side tick together.
+fn one_rate(all: &[Ready]) -> Result<(), Failure> {
+    let mut rates = all.iter().map(|ready| ready.compiled.model.rate_hz);
+    let first = rates.next();
+    match rates.find(|rate| Some(*rate) != first) {
+        Some(rate) => Err(Failure::Usage(format!(
+            "the runs of an experiment tick together, and one has {} ticks a second, another {rate}",
+            first.unwrap_or_default()
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// The files that an experiment names.
