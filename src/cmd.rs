@@ -18,6 +18,7 @@ mod keys;
 mod load;
 mod lsp;
 mod man;
+mod measure;
 mod motion;
 mod new;
 mod numbers;
@@ -60,6 +61,8 @@ enum Command {
     Run(Box<run::Args>),
     /// Repeat an experiment: play it, draw its figure, and say whether what it asserts holds
     Experiment(experiment::Args),
+    /// Measure a key as a piano technician does: weights, let-off, repetition
+    Measure(Box<measure::Args>),
     /// Compile an instrument for a microcontroller: files to link, and their bindings
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
@@ -88,6 +91,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Experiment(args)) => experiment::run(&args),
+        Some(Command::Measure(args)) => measure::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),

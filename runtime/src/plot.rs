@@ -4,6 +4,7 @@
 //!   key travel      ______/~~~\___      \
 //!   force           one line per term    |  one time axis; strikes are marked through all panels
 //!   coordinates     hammer, ...          |
+//!   sound           level by frequency   |
 //!   states          [touching][flying]  /
 //!   ---------------- time (s) ---------
 //!   force over travel: press, return       its own axes
@@ -26,6 +27,7 @@ pub(crate) mod layout;
 mod map;
 mod path;
 mod png;
+mod spectrum;
 mod svg;
 mod time;
 
@@ -36,6 +38,7 @@ use std::path::Path;
 
 use crate::files::{FileError, write_whole};
 use crate::record::Record;
+use crate::spectrogram::Spectrogram;
 use crate::titles::split_title;
 use crate::trace::{Column, EventRow, Trace};
 pub use map::{Curve, Map};
@@ -97,6 +100,8 @@ pub struct Figure<'a> {
     pub total: Option<Series<'a>>,
     /// Coordinates of bodies.
     pub coordinates: Vec<Series<'a>>,
+    /// What the sound is made of.
+    pub spectrograms: Vec<&'a Spectrogram>,
     /// State machines.
     pub machines: Vec<Machine<'a>>,
     /// What the marks are, for the legend: `note (m/s)`.
@@ -161,6 +166,7 @@ impl<'a> Figure<'a> {
             forces: roles.forces.iter().filter_map(series).collect(),
             total: series(&roles.total),
             coordinates: roles.coordinates.iter().filter_map(series).collect(),
+            spectrograms: trace.spectrograms.iter().collect(),
             machines: (roles.machines.iter().filter_map(column))
                 .map(machine)
                 .collect(),
@@ -189,6 +195,7 @@ impl<'a> Figure<'a> {
         series
             .map(|s| s.record.ticks())
             .chain(self.machines.iter().map(|m| m.record.ticks()))
+            .chain(self.spectrograms.iter().map(|s| s.samples()))
             .max()
             .unwrap_or(0)
     }
@@ -209,10 +216,14 @@ impl<'a> Figure<'a> {
 /// # Errors
 /// The name ends otherwise, or the file cannot be written.
 pub fn save(figure: &Figure, path: &Path) -> Result<(), FileError> {
+    save_drawing(&layout::draw(figure), path)
+}
+
+/// Writes a drawing as a file's name says.
+fn save_drawing(drawing: &drawing::Drawing, path: &Path) -> Result<(), FileError> {
     let bytes = match ending(path).as_str() {
-        "svg" => figure.svg().into_bytes(),
-        "png" => figure
-            .png()
+        "svg" => svg::print(drawing).into_bytes(),
+        "png" => png::paint(drawing)
             .ok_or_else(|| FileError::new(path, "the figure is too large for a picture"))?,
         _ => {
             return Err(FileError::new(

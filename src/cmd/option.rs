@@ -81,6 +81,11 @@ pub fn length(text: &str) -> Result<f64, String> {
     quantity(text, Dim::LENGTH, "a length, such as 12.7mm")
 }
 
+/// A speed above zero; a plain number is in m/s.
+pub fn speed(text: &str) -> Result<f64, String> {
+    positive(text, Dim::SPEED, "a speed, such as 5mm/s")
+}
+
 /// A frequency; a plain number is in Hz.
 pub fn frequency(text: &str) -> Result<f64, String> {
     positive(text, Dim::PER_TIME, "a frequency, such as 200Hz")

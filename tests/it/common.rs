@@ -58,13 +58,14 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 7] = [
+pub const PROGRAMS: [(&str, &str); 9] = [
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",
         include_str!("../programs/two-axis-spring.whip"),
     ),
     ("sound.whip", include_str!("../programs/sound.whip")),
+    ("pedals.whip", include_str!("../programs/pedals.whip")),
     ("pad.whip", include_str!("../programs/pad.whip")),
     (
         "dial-and-lever.whip",
@@ -77,6 +78,10 @@ pub const PROGRAMS: [(&str, &str); 7] = [
     (
         "plucked_string.whip",
         include_str!("../programs/plucked_string.whip"),
+    ),
+    (
+        "bowed_string.whip",
+        include_str!("../programs/bowed_string.whip"),
     ),
 ];
 

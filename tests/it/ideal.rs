@@ -4,7 +4,7 @@
 use whippen_compiler::ideal::{Ideal, KeyState};
 use whippen_compiler::kernel::Interp;
 use whippen_compiler::lower::{Export, ExportKind, Update};
-use whippen_compiler::model::{Body, CellId, DelayId, Model, Node, Pulse, RuleKind};
+use whippen_compiler::model::{Body, CellId, Delay, DelayId, Model, Node, Pulse, RuleKind};
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::{Comparison, compare};
 use whippen_runtime::device::Device;
@@ -164,12 +164,17 @@ fn adopted(compiled: &Compiled, interp: &Interp, tick: usize) -> KeyState {
     }
 }
 
-/// Whether a comparison of this tick is so close that rounding may decide it.
+/// Whether a comparison of this tick, or which ticks of a line it reads, is so close that rounding
+/// may decide it.
 fn tied(model: &Model, ideal: &Ideal) -> bool {
     model.dag.nodes().any(|(_, node)| match *node {
         Node::Compare(_, a, b) => {
             let (a, b) = (ideal.value(0, a), ideal.value(0, b));
             (a - b).abs() <= 1e-6 * a.abs().max(b.abs()) && a != b
+        }
+        Node::Tuned(_, ticks, _) => {
+            let ticks = ideal.value(0, ticks) - Delay::FRACTION_MIN;
+            (ticks - ticks.round()).abs() <= 1e-6 * ticks.abs()
         }
         _ => false,
     })

@@ -1,6 +1,7 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod bowed;
 mod budget;
 mod button_and_knob;
 mod cli;
@@ -24,10 +25,12 @@ mod language;
 mod library;
 mod limits;
 mod lsp;
+mod measure;
 mod messages;
 mod midi;
 mod newcomers;
 mod organ_and_plucked;
+mod pedals;
 mod pictures;
 mod pipeline;
 mod played;

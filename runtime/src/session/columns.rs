@@ -155,6 +155,8 @@ pub fn roles(compiled: &Compiled) -> Roles {
     });
     let coordinates = titles(compiled, &coordinate);
     let heard = titles(compiled, &|kind| matches!(kind, ExportKind::Channel(_)));
+    // Where nothing is felt there is no panel of zeros.
+    let total = (!model.forces.is_empty()).then(|| first(ExportKind::Total(0)));
     Roles {
         title: model.name.replace('_', " "),
         travel: first(ExportKind::Sense(0)),
@@ -162,7 +164,7 @@ pub fn roles(compiled: &Compiled) -> Roles {
             compiled,
             &|kind| matches!(kind, ExportKind::Force(f) if is_first(f)),
         ),
-        total: first(ExportKind::Total(0)),
+        total: total.unwrap_or_default(),
         coordinates: [senses, others, coordinates, heard].concat(),
         machines: titles(compiled, &|kind| matches!(kind, ExportKind::Machine(_))),
         mark: marked(model).to_string(),

@@ -206,7 +206,7 @@ impl<'a> Elaborator<'a, '_> {
                 .map(|e| e.thing)
             {
                 Some(Thing::Broken) => return None,
-                Some(Thing::Friction(force, body)) => return self.slip(force, body, field),
+                Some(Thing::Friction(force, on)) => return self.slip(force, on, field),
                 Some(Thing::Let(_, call)) => call,
                 _ => None,
             },

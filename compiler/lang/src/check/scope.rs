@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::friction::RubbedBy;
 use super::items::TermItem;
 use super::slot::SlotId;
 use super::types::Value;
@@ -38,8 +39,8 @@ pub enum Thing {
     Displacement(StrandId),
     /// The tension of a string that is tuned.
     Tension(SlotId),
-    /// A friction: its force, and the body it stands in.
-    Friction(SlotId, usize),
+    /// A friction: its force, and what it rubs.
+    Friction(SlotId, RubbedBy),
     /// A parameter of the term.
     Argument(SlotId),
     /// A result of the term.
