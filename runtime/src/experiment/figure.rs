@@ -67,6 +67,7 @@ impl Bound<'_> {
             mark_name: "instants".to_string(),
             marks: self.instants(trace).into_iter().filter_map(mark).collect(),
             places: self.places.iter().map(place).collect(),
+            ..Figure::default()
         }
     }
 }
