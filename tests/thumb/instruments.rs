@@ -30,6 +30,7 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
     let others = [
         "functions.whip",
         "sound.whip",
+        "pedals.whip",
         "two-axis-spring.whip",
         "pad.whip",
         "dial-and-lever.whip",
