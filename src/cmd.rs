@@ -8,6 +8,7 @@ mod completions;
 mod dump;
 mod emulate;
 mod errors;
+mod experiment;
 mod explain;
 mod file_plan;
 mod fmt;
@@ -59,6 +60,8 @@ enum Command {
     Check(check::Args),
     /// Move the key of an instrument and record what it does
     Run(Box<run::Args>),
+    /// Repeat an experiment: play it, draw its figure, and say whether what it asserts holds
+    Experiment(experiment::Args),
     /// Measure a key as a piano technician does: weights, let-off, repetition
     Measure(Box<measure::Args>),
     /// Measure numbers over a grid of parameters, or over Sobol points
@@ -90,6 +93,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::New(args)) => new::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Measure(args)) => measure::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Build(args)) => build::run(&args),

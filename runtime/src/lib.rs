@@ -20,6 +20,7 @@ pub mod device;
 pub mod emulated;
 pub mod engine;
 mod entries;
+pub mod experiment;
 pub mod files;
 pub mod gesture;
 pub mod image;

@@ -76,6 +76,15 @@ pub struct Mark {
     pub label: String,
 }
 
+/// A place on the way of the key to be marked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Place {
+    /// Where (SI).
+    pub at: f64,
+    /// Its name.
+    pub label: String,
+}
+
 /// What to draw.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figure<'a> {
@@ -101,6 +110,8 @@ pub struct Figure<'a> {
     pub mark_name: String,
     /// Instants that are marked through all panels over time, such as strikes.
     pub marks: Vec<Mark>,
+    /// Places that are marked in the panel over travel.
+    pub places: Vec<Place>,
 }
 
 /// Which columns and events of a trace play which part; what the trace does not have is left out.
@@ -171,6 +182,7 @@ impl<'a> Figure<'a> {
                     label: label(e),
                 })
                 .collect(),
+            places: Vec::new(),
         }
     }
 

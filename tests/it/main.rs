@@ -13,6 +13,7 @@ mod documents;
 mod emulate;
 mod emulated;
 mod escapement;
+mod experiment;
 mod files;
 mod first_mechanisms;
 mod friction;

@@ -31,7 +31,13 @@ pub fn draw(figure: &Figure) -> Drawing {
     let force = figure.total.as_ref().or(figure.forces.first());
     if let (Some(travel), Some(force)) = (&figure.travel, force) {
         let top = bottom + GAP;
-        path::draw(&mut page, (top, 280.0), &clock, travel, force);
+        path::draw(
+            &mut page,
+            (top, 280.0),
+            &clock,
+            (travel, force),
+            &figure.places,
+        );
         bottom = top + 280.0 + LABELS;
     }
     page.height = (bottom + 10.0).ceil();
