@@ -30,6 +30,7 @@ mod proof;
 mod run;
 mod setup;
 mod strings;
+mod sweep;
 mod tour;
 mod watch;
 
@@ -63,6 +64,8 @@ enum Command {
     Experiment(experiment::Args),
     /// Measure a key as a piano technician does: weights, let-off, repetition
     Measure(Box<measure::Args>),
+    /// Measure numbers over a grid of parameters, or over Sobol points
+    Sweep(Box<sweep::Args>),
     /// Compile an instrument for a microcontroller: files to link, and their bindings
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
@@ -92,6 +95,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Measure(args)) => measure::run(&args),
+        Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),

@@ -23,6 +23,7 @@ pub(crate) mod decimate;
 mod drawing;
 mod font;
 pub(crate) mod frame;
+mod heat;
 pub(crate) mod layout;
 mod map;
 mod path;
@@ -41,6 +42,7 @@ use crate::record::Record;
 use crate::spectrogram::Spectrogram;
 use crate::titles::split_title;
 use crate::trace::{Column, EventRow, Trace};
+pub use heat::HeatMap;
 pub use map::{Curve, Map};
 
 /// One quantity over time.

@@ -117,6 +117,7 @@ pub fn run(args: &Args) -> Outcome {
     let options = Options {
         sets: load::sets(&args.sets)?,
         rate_hz: args.tick_rate,
+        ..Options::default()
     };
     let (map, program) = load::checked(&opened.sources, &options, Severity::Warning)?;
     let models = models(args, &program, opened.name)?;

@@ -48,6 +48,11 @@ pub fn threads(text: &str) -> Result<u32, String> {
     whole(text, 1..=256, 2)
 }
 
+/// `--sobol`: points.
+pub fn points(text: &str) -> Result<u32, String> {
+    whole(text, 2..=65_536, 64)
+}
+
 /// `--column`: a column of a table.
 pub fn column(text: &str) -> Result<u32, String> {
     whole(text, 1..=u32::MAX, 2).map_err(|why| format!("{why}: columns are counted from 1"))

@@ -45,6 +45,7 @@ mod sound;
 mod stability;
 mod strings;
 mod strokes;
+mod sweep;
 mod tables;
 mod told;
 mod zones;
