@@ -54,10 +54,11 @@ impl<'a> Fields<'a> {
         name: &'static str,
         known: &[&str],
     ) -> Result<Fields<'a>, FileError> {
-        for key in table
-            .keys()
-            .filter(|key| !known.contains(&&**key.get_ref()))
-        {
+        let unknown = |key: &&Spanned<_>| {
+            let key: &std::borrow::Cow<str> = key.get_ref();
+            !known.contains(&&**key)
+        };
+        if let Some(key) = table.keys().find(unknown) {
             let near = nearest(key.get_ref(), known.iter().copied());
             let hint = match near {
                 Some(near) => format!("; did you mean `{near}`?"),
