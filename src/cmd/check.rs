@@ -57,6 +57,7 @@ fn once(args: &Args) -> Outcome {
     let options = Options {
         sets: load::sets(&args.sets)?,
         rate_hz: args.rate,
+        ..Options::default()
     };
     let form = if args.json { Form::Json } else { Form::Text };
     let opened = Opened::files(&args.files)?;

@@ -21,13 +21,21 @@ fn line(compiled: &Compiled, device: &Device, lowered: &LoweredStrand) -> String
     let strand = &compiled.model.strands[lowered.strand];
     let bend = shown(strand.largest_bend(compiled.model.rate_hz), Dim::LENGTH);
     format!(
-        "  string {}: {} points, stable ({:.4} of 2){}; what bends by more than {bend} between neighbours saturates; a tick rounds {:.1e} m/s at most",
+        "  string {}: {} points, stable ({:.4} of 2){}; what bends by more than {bend} between neighbours saturates{}",
         strand.name,
         strand.parts - 1,
         lowered.sum,
         pitch(compiled, device, strand),
-        lowered.error
+        rounded(lowered.error)
     )
+}
+
+/// What a tick rounds, where a bound of that is known.
+fn rounded(error: f64) -> String {
+    match error.is_finite() {
+        true => format!("; a tick rounds {error:.1e} m/s at most"),
+        false => "; it is rubbed, so what a tick rounds has no bound".to_string(),
+    }
 }
 
 /// How far a tuned string is off, with what is live as it begins.

@@ -166,7 +166,7 @@ pub const KEYWORDS: &[(&str, &str)] = &[
     ),
     (
         "friction",
-        "`friction f(v) against w = force`: acts against the slip `v`, the speed relative to `w` of this very tick; `f` is the force, `f.slip` the slip.",
+        "`friction f(v) against w = force`, in a string with `at place` before `against`: acts against the slip `v`, the speed relative to `w` of this very tick; `f` is the force, `f.slip` the slip.",
     ),
     (
         "against",

@@ -58,7 +58,7 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 8] = [
+pub const PROGRAMS: [(&str, &str); 10] = [
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",
@@ -66,6 +66,7 @@ pub const PROGRAMS: [(&str, &str); 8] = [
     ),
     ("sound.whip", include_str!("../programs/sound.whip")),
     ("pedals.whip", include_str!("../programs/pedals.whip")),
+    ("keytar.whip", include_str!("../programs/keytar.whip")),
     ("pad.whip", include_str!("../programs/pad.whip")),
     (
         "dial-and-lever.whip",
@@ -78,6 +79,10 @@ pub const PROGRAMS: [(&str, &str); 8] = [
     (
         "plucked_string.whip",
         include_str!("../programs/plucked_string.whip"),
+    ),
+    (
+        "bowed_string.whip",
+        include_str!("../programs/bowed_string.whip"),
     ),
 ];
 

@@ -72,6 +72,10 @@ pub const STD: &[(&str, &str)] = &[
         include_str!("../../../instruments/std/spring.whip"),
     ),
     (
+        "<std/strings.whip>",
+        include_str!("../../../instruments/std/strings.whip"),
+    ),
+    (
         "<std/violin.whip>",
         include_str!("../../../instruments/std/violin.whip"),
     ),

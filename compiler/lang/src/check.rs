@@ -105,6 +105,8 @@ pub struct Options {
     /// Parameters set from outside: `name` or `instrument.name`, and the value as text (`0.4N`,
     /// `off`).
     pub sets: Vec<(String, String)>,
+    /// Those of them, by the name that they set, whose plain numbers are in SI.
+    pub in_si: Vec<String>,
 }
 
 /// A checked program.

@@ -24,7 +24,7 @@ pub mod sweep;
 pub use dag::{Balance, Cmp, Dag, Node, NodeId};
 pub use function::Function;
 pub use sound::{Delay, DelayId, Noise, NoiseId, Side, Sound, TunedId};
-pub use strand::{End, GridNumber, Push, Reading, Strand, StrandId};
+pub use strand::{End, GridNumber, Push, Reading, Rub, Strand, StrandId};
 
 use crate::units::Dim;
 use whippen_ids::{IdMap, impl_id};

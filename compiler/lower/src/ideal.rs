@@ -288,7 +288,8 @@ impl<'m> Ideal<'m> {
 /// Moves the strings one tick on.
 fn tick_strings(model: &Model, state: &mut KeyState, value: impl Fn(NodeId) -> f64) {
     for (id, strand) in model.strands.enumerated() {
-        let pushes = strand.pushes.iter();
+        let rub = strand.friction.as_ref().map(|rub| &rub.push);
+        let pushes = strand.pushes.iter().chain(rub);
         let pushes: Vec<(f64, f64)> = pushes
             .map(|push| (value(push.change), value(push.place)))
             .collect();

@@ -187,6 +187,7 @@ impl<'a> Lowerer<'a> {
 
     fn tick(&mut self, drives: &[u32], events: &rules::Events) -> Result<Vec<Export>, OpError> {
         self.tick_senses()?;
+        self.begin_strings()?;
         self.heard()?;
         for (number, &drive) in drives.iter().enumerate() {
             let word = self.drive_word(number)?;

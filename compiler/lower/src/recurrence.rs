@@ -152,7 +152,10 @@ fn over_time(
 fn from_lines(step: &Step) -> IdMap<NodeId, bool> {
     let mut all: IdMap<NodeId, bool> = IdMap::new();
     for (_, node) in step.model.dag.nodes() {
-        let is_line = matches!(node, Node::Tap(..) | Node::Tuned(..) | Node::Read(..));
+        let is_line = matches!(
+            node,
+            Node::Tap(..) | Node::Tuned(..) | Node::Read(..) | Node::Mean(..)
+        );
         all.push(is_line || node.operands().iter().any(|x| all[x]));
     }
     all

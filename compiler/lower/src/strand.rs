@@ -9,10 +9,13 @@
 //! largest values proves that the string is stable (`model::strand`).
 
 mod read;
+mod rub;
 
 use super::Lowerer;
 use super::format::{self, exp2};
 use super::real::{Real, Scale};
+use std::collections::HashMap;
+
 use whippen_ids::IdMap;
 use whippen_kernel::{Op, OpError, Range, Type, Value};
 use whippen_lang::model::{End, NodeId, Push, Strand, StrandId};
@@ -28,6 +31,8 @@ const COEFFICIENT: Range = Range::new(0, i32::MAX as i64);
 #[derive(Debug, Default)]
 pub(super) struct Strands {
     grids: IdMap<StrandId, Grids>,
+    /// Words of strings that are rubbed, which have been ticked but for their friction.
+    begun: HashMap<StrandId, Begun>,
     /// What is told of each.
     pub lowered: Vec<LoweredStrand>,
 }
@@ -55,14 +60,22 @@ pub struct LoweredStrand {
     pub lsb: f64,
     /// The sum that is 2 or less where a string is stable, of its largest integer coefficients.
     pub sum: f64,
-    /// Bound on what one tick rounds of a rate (m/s).
+    /// Bound on what one tick rounds of a rate (m/s); infinite where the string is rubbed.
     pub error: f64,
+}
+
+/// A string in the middle of a tick.
+#[derive(Debug, Clone, Copy)]
+struct Begun {
+    /// The mean of its rates before and after the tick without friction, where it is rubbed.
+    mean: Real,
 }
 
 /// What a tick of a string takes.
 #[derive(Debug, Clone)]
 pub(super) struct Words {
-    coefficients: [Value; 4],
+    /// `k0` to `k3`; none of a string that has been ticked.
+    coefficients: Option<[Value; 4]>,
     pushes: Vec<PushWords>,
     hold: Option<Value>,
 }
@@ -106,16 +119,32 @@ impl Lowerer<'_> {
     }
 
     fn words_of(&mut self, id: StrandId, strand: &Strand) -> Result<Words, OpError> {
-        let coefficients = self.coefficients(id, strand)?;
+        let mut words = match self.strands.begun.contains_key(&id) {
+            false => self.words_without_friction(id, strand)?,
+            true => {
+                let rub = strand.friction.iter();
+                let pushes = rub.map(|rub| self.push_words(id, &rub.push));
+                Words {
+                    coefficients: None,
+                    pushes: pushes.collect::<Result<_, _>>()?,
+                    hold: None,
+                }
+            }
+        };
+        words.hold = strand.hold.map(|held| self.bool(held)).transpose()?;
+        Ok(words)
+    }
+
+    fn words_without_friction(&mut self, id: StrandId, strand: &Strand) -> Result<Words, OpError> {
+        let coefficients = Some(self.coefficients(id, strand)?);
         let mut pushes = Vec::new();
         for push in &strand.pushes {
             pushes.push(self.push_words(id, push)?);
         }
-        let hold = strand.hold.map(|held| self.bool(held)).transpose()?;
         Ok(Words {
             coefficients,
             pushes,
-            hold,
+            hold: None,
         })
     }
 
@@ -152,7 +181,10 @@ impl Lowerer<'_> {
             cells: [u, rates],
             lsb,
             sum,
-            error: (2.0 + off) * lsb * f64::from(self.step.model.rate_hz),
+            error: match &strand.friction {
+                Some(_) => f64::INFINITY,
+                None => (2.0 + off) * lsb * f64::from(self.step.model.rate_hz),
+            },
         });
         Ok([k0, k1, v, k3])
     }
@@ -215,14 +247,16 @@ impl Lowerer<'_> {
 
     fn tick_string(&mut self, id: StrandId, strand: &Strand, words: &Words) -> Result<(), OpError> {
         let Grids { u, v, points, .. } = self.strands.grids[id];
-        let mut operands = words.coefficients.to_vec();
-        for end in strand.ends {
-            operands.push(self.constant(match end {
-                End::Pinned => 0,
-                End::Clamped => 2,
-            })?);
+        if let Some(coefficients) = words.coefficients {
+            let mut operands = coefficients.to_vec();
+            for end in strand.ends {
+                operands.push(self.constant(match end {
+                    End::Pinned => 0,
+                    End::Clamped => 2,
+                })?);
+            }
+            self.b.effect(Op::Wave(u, v), &operands)?;
         }
-        self.b.effect(Op::Wave(u, v), &operands)?;
         for push in &words.pushes {
             for (at, change) in push.changes.into_iter().enumerate() {
                 let at = self.constant(at as i64)?;

@@ -291,6 +291,12 @@ pub fn argument_title((name, dim): &(String, Dim)) -> String {
     join_title(name, &unit_suffix(&dim.unit_without_angle()))
 }
 
+/// The events of a program, and the titles of their arguments.
+pub fn event_headings(compiled: &Compiled) -> Vec<(String, Vec<String>)> {
+    let events = 0..compiled.lowered.events.len();
+    events.map(|event| event_heading(compiled, event)).collect()
+}
+
 /// The name of an event and the titles of its arguments.
 pub(super) fn event_heading(compiled: &Compiled, event: usize) -> (String, Vec<String>) {
     let model = &compiled.model;

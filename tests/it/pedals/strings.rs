@@ -55,6 +55,17 @@ fn where_a_string_is_plucked_partials_are_missing() {
     }
 }
 
+#[test]
+fn a_string_with_a_live_pitch_has_a_bound_of_its_error() {
+    let compiled = pedal(
+        "live param pitch = 220 Hz in 75 Hz .. 1400 Hz
+         let f = karplus(pitch, hit: signal > 0.5, strength: 0.9, place: 0.13, ring: 0.997)
+         sound out = f",
+    );
+    let player = Player::new(&compiled, EngineKind::Jit);
+    assert!(player.error("f") < 1e-4, "{}", player.error("f"));
+}
+
 /// A pick that goes across a string in the middle of the travel and touches it, or not.
 const PICK: &str = "instrument strum {
     sense x: length in -5 mm .. 15 mm over 1 ms

@@ -205,7 +205,7 @@ impl<'a> Elaborator<'a, '_> {
     pub fn result_of(&mut self, thing: Thing, field: &Name) -> Option<Option<Value>> {
         match thing {
             Thing::Broken => Some(None),
-            Thing::Friction(force, body) => Some(self.slip(force, body, field)),
+            Thing::Friction(force, on) => Some(self.slip(force, on, field)),
             Thing::Let(_, Some(call)) => Some(self.result(call, field)),
             _ => None,
         }

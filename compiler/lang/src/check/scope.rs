@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::bank::{BankId, Member};
+use super::friction::RubbedBy;
 use super::items::TermItem;
 use super::slot::SlotId;
 use super::types::Value;
@@ -39,8 +40,8 @@ pub enum Thing {
     Displacement(StrandId),
     /// The tension of a string that is tuned.
     Tension(SlotId),
-    /// A friction: its force, and the body it stands in.
-    Friction(SlotId, usize),
+    /// A friction: its force, and what it rubs.
+    Friction(SlotId, RubbedBy),
     /// A bank, which is no value by itself.
     Bank(BankId),
     /// The number of a member of a bank.

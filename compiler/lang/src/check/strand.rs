@@ -3,8 +3,10 @@
 mod load;
 mod part;
 pub mod points;
+mod rub;
 
 use super::elaborate::Elaborator;
+use super::friction::{RubInfo, RubbedBy};
 use super::scope::{Made, NameEntry, ScopeId, Thing};
 use super::slot::{SlotId, Source};
 use super::types::{Ty, Value, counted};
@@ -34,6 +36,12 @@ pub struct StrandInfo<'a> {
     along: Option<Option<Interval>>,
     /// What it is tuned by.
     tension: Option<SlotId>,
+    /// Its motion.
+    motion: Option<SlotId>,
+    /// Its friction.
+    pub rub: RubInfo,
+    /// Where that rubs it.
+    rubbed_at: Option<NodeId>,
 }
 
 /// A line `tuned name to pitch`.
@@ -65,6 +73,7 @@ impl<'a> Elaborator<'a, '_> {
             loads: [zero; 4],
             coefficients: [zero; 4],
             pushes: Vec::new(),
+            friction: None,
             pitch: None,
             hold: None,
             span: name.span,
@@ -74,7 +83,13 @@ impl<'a> Elaborator<'a, '_> {
             text,
             along: None,
             tension: None,
+            motion: None,
+            rub: RubInfo::default(),
+            rubbed_at: None,
         });
+        let full = self.model.strands[id].name.clone();
+        let motion = self.new_slot(full, name.span, Source::Strand(id));
+        self.strands[id].motion = Some(motion);
         let mut is_first = true;
         for part in parts {
             if let StringPart::Coordinate { name, .. } = part {
@@ -87,6 +102,8 @@ impl<'a> Elaborator<'a, '_> {
             }
         }
         self.declare_tension(scope, id, parts);
+        let all = parts.iter().filter_map(rub::rubbed);
+        self.declare_frictions(scope, Some(RubbedBy::Strand(id)), all);
         self.name_string(scope, id, name);
         Made::Strand(id)
     }

@@ -118,6 +118,12 @@ fn in_string_part(part: &StringPart) -> Vec<&Expr> {
         | StringPart::Tuned { pitch: value, .. }
         | StringPart::Points { value, .. } => vec![value],
         StringPart::Force { value, place, .. } => vec![value, place],
+        StringPart::Friction {
+            place,
+            against,
+            law,
+            ..
+        } => vec![place, against, law],
         StringPart::Ends { .. } => vec![],
     }
 }

@@ -138,6 +138,12 @@ impl Index {
                 StringPart::Coordinate { name, span, .. } => {
                     self.define(NameKind::Coordinate, name, *span);
                 }
+                StringPart::Friction {
+                    name, slip, span, ..
+                } => {
+                    self.define(NameKind::Friction, name, *span);
+                    self.define(NameKind::Slip, slip, *span);
+                }
                 StringPart::Tuned { name, span, .. } => {
                     self.define(NameKind::Tension, name, *span);
                 }

@@ -151,14 +151,17 @@ impl Resolver<'_> {
             BodyPart::Inertia { value, .. } | BodyPart::Torque { value, .. } => self.expr(value),
             BodyPart::Friction {
                 slip, against, law, ..
-            } => {
-                self.expr(against);
-                let definitions = self.index.definitions.iter();
-                self.slip = definitions.clone().position(|d| d.span == slip.span);
-                self.expr(law);
-                self.slip = None;
-            }
+            } => self.rubbed(slip, against, law),
         }
+    }
+
+    /// A friction, in whose law alone its slip is known.
+    fn rubbed(&mut self, slip: &Name, against: &Expr, law: &Expr) {
+        self.expr(against);
+        let definitions = self.index.definitions.iter();
+        self.slip = definitions.clone().position(|d| d.span == slip.span);
+        self.expr(law);
+        self.slip = None;
     }
 
     fn string_part(&mut self, part: &StringPart) {
@@ -173,6 +176,16 @@ impl Resolver<'_> {
             | StringPart::Load { value, .. }
             | StringPart::Tuned { pitch: value, .. }
             | StringPart::Points { value, .. } => self.expr(value),
+            StringPart::Friction {
+                slip,
+                place,
+                against,
+                law,
+                ..
+            } => {
+                self.expr(place);
+                self.rubbed(slip, against, law);
+            }
             StringPart::Force { value, place, .. } => {
                 self.expr(value);
                 self.expr(place);

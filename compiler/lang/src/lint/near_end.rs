@@ -9,7 +9,8 @@ use whippen_source::Span;
 /// Warns about what is read and pushed too near to an end.
 pub fn check(model: &Model, ranges: &Ranges, found: &mut Vec<Diagnostic>) {
     for strand in &model.strands {
-        for push in &strand.pushes {
+        let rub = strand.friction.as_ref().map(|rub| &rub.push);
+        for push in strand.pushes.iter().chain(rub) {
             found.extend(near(strand, ranges, push.place, push.span));
         }
     }

@@ -93,6 +93,12 @@ pub enum Node {
     Tuned(DelayId, NodeId, TunedId),
     /// What is read of a string, as this tick finds it, so many metres from where it begins.
     Read(StrandId, Reading, NodeId),
+    /// What the rate of a string at a place would be without its friction, as the mean of before
+    /// and after this tick: the place (m from where the string begins), its four coefficients, and
+    /// what pushes it, each with its place.
+    Mean(StrandId, Vec<NodeId>),
+    /// The sum of the squares of the weights by which a string is read at a place.
+    Spread(StrandId, NodeId),
     /// A constant that follows from how many parts a string has.
     Grid(StrandId, GridNumber),
     /// The slip that a friction (its memory) tries while it is solved, between 0 and the slip
@@ -231,7 +237,8 @@ impl Node {
             Node::Linear(_, terms) => terms.iter().map(|&(_, x)| x).collect(),
             &Node::Neg(a) | &Node::Abs(a) | &Node::Power(a, _) | &Node::Not(a) => vec![a],
             &Node::Function(_, a) | &Node::Tap(_, a) | &Node::Tuned(_, a, _) => vec![a],
-            &Node::Read(_, _, place) => vec![place],
+            &Node::Read(_, _, place) | &Node::Spread(_, place) => vec![place],
+            Node::Mean(_, all) => all.clone(),
             &Node::Add(a, b) | &Node::Sub(a, b) | &Node::Mul(a, b) | &Node::Div(a, b) => vec![a, b],
             &Node::Min(a, b)
             | &Node::Max(a, b)

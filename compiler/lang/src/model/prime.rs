@@ -196,6 +196,7 @@ impl<'d> PrimePass<'d> {
             Node::Read(strand, Reading::Displacement, place) => {
                 Some(self.dag.add(Node::Read(strand, Reading::Rate, place)))
             }
+            Node::Mean(..) | Node::Spread(..) => self.fail(NoPrimeKind::Friction, id),
             Node::Read(..) => self.fail(NoPrimeKind::String, id),
             Node::Sense(s) => Some(self.dag.add(Node::Slope(s))),
             Node::Slope(s) => Some(self.dag.add(Node::Curvature(s))),

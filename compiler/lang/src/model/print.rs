@@ -258,7 +258,8 @@ impl Printer<'_> {
             .unwrap_or_default();
         let [p, q, v, r] = s.coefficients.map(|c| self.value(c, 0));
         writeln!(f, "string {}: P {p}, Q {q}, V {v}, R {r}{hold}", s.name)?;
-        for push in &s.pushes {
+        let rub = s.friction.as_ref().map(|rub| &rub.push);
+        for push in s.pushes.iter().chain(rub) {
             let (change, place) = (self.value(push.change, 0), self.value(push.place, 0));
             writeln!(f, "    push {change} at {place}")?;
         }
@@ -362,6 +363,14 @@ impl Printer<'_> {
                     Reading::Slope => format!("d1({name}, {place})"),
                 };
                 (text, 9)
+            }
+            Node::Mean(s, all) => {
+                let place = all.first().map_or(String::new(), |p| self.value(*p, 0));
+                (format!("mean({}, {place})", model.strands[s].name), 9)
+            }
+            Node::Spread(s, place) => {
+                let place = self.value(*place, 0);
+                (format!("spread({}, {place})", model.strands[s].name), 9)
             }
             Node::Grid(s, GridNumber::PerMetre) => (format!("parts({})", model.strands[s].name), 9),
             Node::Grid(s, GridNumber::FirstMode) => (format!("mode({})", model.strands[s].name), 9),

@@ -21,7 +21,7 @@
 //! however the coefficients move; that K0 = P + 2 Q is at least 2 K1 = 2 Q, and K3 = 2 V + R at
 //! least 2 K2 = 2 V, holds by the way they are made.
 
-use super::{Dag, Interval, Node, NodeId};
+use super::{CellId, Dag, Interval, Node, NodeId};
 use whippen_ids::impl_id;
 use whippen_source::Span;
 
@@ -88,6 +88,8 @@ pub struct Strand {
     pub coefficients: [NodeId; 4],
     /// Forces at places.
     pub pushes: Vec<Push>,
+    /// What rubs it.
+    pub friction: Option<Rub>,
     /// The frequency to which it is tuned (Hz).
     pub pitch: Option<NodeId>,
     /// While this holds it lies straight and still.
@@ -105,6 +107,17 @@ pub struct Push {
     pub place: NodeId,
     /// Where it stands.
     pub span: Span,
+}
+
+/// `friction f(v) at place against w = law` of a string.
+#[derive(Debug, Clone)]
+pub struct Rub {
+    /// Name.
+    pub name: String,
+    /// What it does to the string.
+    pub push: Push,
+    /// The slip of the tick before.
+    pub last: CellId,
 }
 
 impl Strand {
@@ -156,6 +169,19 @@ impl Strand {
             part * (2.0 + both) / 2.0,
             -both * (1.0 + part) / 6.0,
         ]
+    }
+
+    /// The sum of the squares of the weights, from the middle of a part to a point.
+    pub const SPREAD: Interval = Interval {
+        low: 0.640625,
+        high: 1.0,
+    };
+
+    /// The sum of the squares of the weights at this part of the way.
+    pub fn spread(part: f64) -> f64 {
+        let weights = Strand::weights(part);
+        let sum: f64 = weights.iter().map(|weight| weight * weight).sum();
+        sum.clamp(Strand::SPREAD.low, Strand::SPREAD.high)
     }
 
     /// What the three differences between them count in the slope of that cubic, over a part.
@@ -308,4 +334,37 @@ pub fn tension(
     let pulled = m.mul(density, square);
     let stiff = m.mul(stiffness, mode);
     m.sub(pulled, stiff)
+}
+
+/// What a force changes the slip at its place by, as the mean of before and after: `A k |I|^2/(2
+/// rho h)` (m/s for each N).
+pub fn slip_by_force(
+    dag: &mut Dag,
+    id: StrandId,
+    rate_hz: f64,
+    [density, damping, place]: [NodeId; 3],
+) -> NodeId {
+    let m = &mut Maker(dag);
+    let left = left(m, damping, density, rate_hz);
+    let spread = m.0.add(Node::Spread(id, place));
+    let half = m.constant(0.5 / rate_hz);
+    let per_metre = m.number(id, GridNumber::PerMetre);
+    let scale = m.mul(half, per_metre);
+    let scale = m.div(scale, density);
+    let scale = m.mul(left, scale);
+    m.mul(scale, spread)
+}
+
+/// What takes so much off that slip, in the way of a string in a tick: `-2 k D/|I|^2`.
+pub fn push_of_slip(
+    dag: &mut Dag,
+    id: StrandId,
+    rate_hz: f64,
+    [taken, place]: [NodeId; 2],
+) -> NodeId {
+    let m = &mut Maker(dag);
+    let spread = m.0.add(Node::Spread(id, place));
+    let twice = m.constant(-2.0 / rate_hz);
+    let scaled = m.mul(twice, taken);
+    m.div(scaled, spread)
 }

@@ -45,7 +45,8 @@ impl Node {
             Node::Linear(_, terms) => terms.iter_mut().for_each(|(_, x)| change(x)),
             Node::Neg(a) | Node::Abs(a) | Node::Power(a, _) | Node::Not(a) => change(a),
             Node::Function(_, a) | Node::Tap(_, a) | Node::Tuned(_, a, _) => change(a),
-            Node::Read(_, _, place) => change(place),
+            Node::Read(_, _, place) | Node::Spread(_, place) => change(place),
+            Node::Mean(_, all) => all.iter_mut().for_each(change),
             Node::Add(a, b)
             | Node::Sub(a, b)
             | Node::Mul(a, b)
@@ -88,6 +89,9 @@ impl Model {
             roots.extend(&mut strand.coefficients);
             for push in &mut strand.pushes {
                 roots.extend([&mut push.change, &mut push.place]);
+            }
+            if let Some(rub) = &mut strand.friction {
+                roots.extend([&mut rub.push.change, &mut rub.push.place]);
             }
             roots.extend(strand.pitch.as_mut());
             roots.extend(strand.hold.as_mut());

@@ -28,7 +28,9 @@ impl Problem {
             }
             Problem::OutsideDelay(ticks, held) => outside_delay(model, node, ticks, held),
             Problem::OutsideString(places) => match model.dag.get(node) {
-                Node::Read(strand, ..) => outside_string(&model.strands[strand], span, places),
+                Node::Mean(strand, _) | Node::Read(strand, ..) => {
+                    outside_string(&model.strands[strand], span, places)
+                }
                 _ => unbounded(model, node, span),
             },
             Problem::Pushes(slip, law) => pushes(model, node, slip, law),
@@ -117,18 +119,22 @@ fn pushes(model: &Model, node: NodeId, slip: Interval, law: Interval) -> Diagnos
         true => ("negative", "forward"),
         false => ("positive", "backward"),
     };
-    let body = model.bodies.iter().find_map(|body| {
+    let of_bodies = model.bodies.iter().filter_map(|body| {
         let friction = body.friction.as_ref()?;
+        Some((&friction.name, friction.span, friction.last))
+    });
+    let of_strings = model.strands.iter().filter_map(|strand| {
+        let rub = strand.friction.as_ref()?;
+        Some((&rub.name, rub.push.span, rub.last))
+    });
+    let rubbed = of_bodies.chain(of_strings).find_map(|(name, span, last)| {
         let Node::Slip(balance) = model.dag.get(node) else {
             return None;
         };
-        let own = *model.dag.get(balance.last) == Node::Cell(friction.last);
-        own.then_some((friction, body, balance.law))
+        let own = *model.dag.get(balance.last) == Node::Cell(last);
+        own.then_some((name.clone(), span, place(model, balance.law)))
     });
-    let (name, span, law_at) = body.map_or((String::new(), Span::default(), None), |found| {
-        let (friction, _, law) = found;
-        (friction.name.clone(), friction.span, place(model, law))
-    });
+    let (name, span, law_at) = rubbed.unwrap_or_default();
     let message = format!(
         "the friction `{name}` may push: its force may be {sign} where it slips {forward}, it lies in {}",
         si(law)

@@ -343,6 +343,21 @@ fn string_part(part: &StringPart) -> String {
         StringPart::Tuned { name, pitch, .. } => {
             format!("tuned {} to {}", name.node, Shown(pitch))
         }
+        StringPart::Friction {
+            name,
+            slip,
+            place,
+            against,
+            law,
+            ..
+        } => format!(
+            "friction {}({}) at {} against {} = {}",
+            name.node,
+            slip.node,
+            Shown(place),
+            Shown(against),
+            Shown(law)
+        ),
         StringPart::Points { value, .. } => format!("points {}", Shown(value)),
     }
 }

@@ -59,6 +59,19 @@ impl RealStrand {
         value.clamp(reach.low, reach.high)
     }
 
+    /// The mean of its rates before and after a tick without friction, at the place, with P, Q, V
+    /// and R and the pushes that follow it in `all`.
+    pub(super) fn mean(&self, strand: &Strand, rate_hz: u32, all: &[f64]) -> f64 {
+        let [place, p, q, v, r, ref pushes @ ..] = *all else {
+            return 0.0;
+        };
+        let pushes: Vec<RealPush> = pushes.chunks_exact(2).map(|c| (c[0], c[1])).collect();
+        let mut after = self.clone();
+        after.tick(strand, rate_hz, [p, q, v, r], &pushes, false);
+        let rate = |state: &RealStrand| state.read(strand, Reading::Rate, place, rate_hz);
+        0.5 * (rate(self) + rate(&after))
+    }
+
     /// One tick with P, Q, V and R.
     pub(super) fn tick(
         &mut self,

@@ -13,7 +13,7 @@ use whippen_lang::model::{NodeId, Reading, Strand, StrandId};
 /// Bits behind the point of a place in parts.
 const PLACE: u8 = 20;
 /// Bits behind the point of weights.
-const WEIGHT: u8 = 30;
+pub(super) const WEIGHT: u8 = 30;
 /// What is in a word by a weight is so many bits coarser.
 const COARSER: i32 = 32 - WEIGHT as i32;
 /// Bits of a displacement that is read.
@@ -211,7 +211,7 @@ impl Lowerer<'_> {
         Ok(Real::new(sum, unit, error))
     }
 
-    fn offset(&mut self, first: Value, by: i64) -> Result<Value, OpError> {
+    pub(super) fn offset(&mut self, first: Value, by: i64) -> Result<Value, OpError> {
         let by = self.constant(by)?;
         self.b.op(Op::Add, &[first, by])
     }

@@ -1,8 +1,10 @@
 //! The lines of a string, each once but loads and forces.
 
 use super::super::elaborate::Elaborator;
+use super::super::friction::RubbedBy;
 use super::super::scope::ScopeId;
-use super::super::types::Ty;
+use super::super::types::{Ty, Value};
+use super::rub::rubbed;
 use super::{StrandInfo, StringText, own_name};
 use crate::diag::{Code, Diagnostic};
 use crate::model::strand::{coefficients, pushed};
@@ -20,6 +22,29 @@ impl<'a> Elaborator<'a, '_> {
         let StrandInfo {
             scope,
             text,
+            motion,
+            ..
+        } = self.strands[id];
+        if let Some(motion) = motion {
+            self.slot(motion);
+        }
+        let first = text.parts.iter().find_map(rubbed);
+        self.frictions(scope, RubbedBy::Strand(id), first);
+    }
+
+    /// All but its friction.
+    pub fn string_motion(&mut self, id: StrandId) -> Option<Value> {
+        let scope = self.strands[id].scope;
+        let outer = self.here.replace(scope);
+        let found = self.motion_of(id);
+        self.here = outer;
+        found
+    }
+
+    fn motion_of(&mut self, id: StrandId) -> Option<Value> {
+        let StrandInfo {
+            scope,
+            text,
             tension,
             ..
         } = self.strands[id];
@@ -31,9 +56,7 @@ impl<'a> Elaborator<'a, '_> {
         let tension = tension.map(|slot| self.slot(slot));
         let density = self.density(scope, text);
         let loads = self.loads(id, None);
-        let (Some(density), Some(loads)) = (density, loads) else {
-            return;
-        };
+        let (density, loads) = (density?, loads?);
         if let Some(tension) = tension {
             self.tuned_by(id, tension.map(|tension| tension.node), loads[0]);
         }
@@ -54,6 +77,7 @@ impl<'a> Elaborator<'a, '_> {
         strand.loads = loads;
         strand.coefficients = found;
         self.pushes(id, density, loads[2]);
+        Some(Value::real(density, DENSITY))
     }
 
     /// What must stand in it once, and what may.
@@ -67,6 +91,7 @@ impl<'a> Elaborator<'a, '_> {
             ("ends", "ends pinned` or `ends clamped"),
             ("tuned", ""),
             ("points", ""),
+            ("friction", ""),
         ];
         let name = &text.name.node;
         for (what, line) in hints {
@@ -268,5 +293,6 @@ fn word(part: &StringPart) -> &'static str {
         StringPart::Ends { .. } => "ends",
         StringPart::Tuned { .. } => "tuned",
         StringPart::Points { .. } => "points",
+        StringPart::Friction { .. } => "friction",
     }
 }

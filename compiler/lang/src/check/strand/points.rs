@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Interval, Model, Node, NodeId, Strand, StrandId};
+use crate::model::{Interval, Model, Node, NodeId, Reading, Strand, StrandId};
 use crate::range::{Problem, along_string, outside_string, transfer};
 use crate::units::{Dim, shown, shown_range};
 
@@ -27,6 +27,7 @@ pub fn choose(model: &mut Model) -> Vec<Diagnostic> {
         }
         found.extend(tuned(model, id));
         found.extend(pushed_outside(model, id));
+        found.extend(read_by_own_friction(model, id));
     }
     found
 }
@@ -39,7 +40,10 @@ fn in_order(model: &Model) -> Vec<StrandId> {
         roots.extend(strand.loads);
         let mut others: Vec<StrandId> = Vec::new();
         for node in roots.into_iter().flat_map(|root| model.dag.below(root)) {
-            if let Node::Grid(other, _) | Node::Read(other, ..) = *model.dag.get(node)
+            if let &(Node::Grid(other, _)
+            | Node::Read(other, ..)
+            | Node::Mean(other, _)
+            | Node::Spread(other, _)) = model.dag.get(node)
                 && other != id
             {
                 others.push(other);
@@ -73,6 +77,8 @@ fn intervals<const N: usize>(model: &Model, roots: [NodeId; N]) -> Option<[Inter
                 Node::Read(strand, reading, _) => {
                     model.strands[strand].reach(*reading, model.rate_hz)
                 }
+                Node::Mean(strand, _) => model.strands[strand].reach(Reading::Rate, model.rate_hz),
+                Node::Spread(..) => Strand::SPREAD,
                 node => transfer(model, node, |operand| known[&operand]).ok()?,
             };
             known.insert(id, value);
@@ -232,6 +238,29 @@ fn shown_one_or_all(range: Interval, dim: Dim) -> String {
         true => shown(range.low, dim),
         false => shown_range(range, dim),
     }
+}
+
+/// Places of a string that is rubbed that depend on a friction of a string: it is read before any
+/// is rubbed.
+fn read_by_own_friction(model: &Model, id: StrandId) -> Option<Diagnostic> {
+    model.strands[id].friction.as_ref()?;
+    let is_rubbed = |node: NodeId| {
+        let below = model.dag.below(node).into_iter();
+        below
+            .map(|below| model.dag.get(below))
+            .any(|below| matches!(below, Node::Mean(..)))
+    };
+    let (read, _) = model.dag.nodes().find(
+        |(_, node)| matches!(node, Node::Read(own, _, place) if *own == id && is_rubbed(*place)),
+    )?;
+    let name = &model.strands[id].name;
+    let message = format!("where `{name}` is read depends on a friction of this very tick");
+    let span = model.spans.get(read).copied().flatten().unwrap_or_default();
+    Some(
+        Diagnostic::new(Code::Circle, span, message, "needs what comes after it").hint(
+            "break the circle with a `state`: it keeps the value that `next` gave it in the tick before",
+        ),
+    )
 }
 
 /// Forces at places that may lie outside.

@@ -59,7 +59,6 @@ pub enum BodyPart {
 }
 
 /// A line of a `string`.
-#[expect(clippy::large_enum_variant, reason = "a program has a handful of them")]
 #[derive(Debug, Clone, PartialEq)]
 pub enum StringPart {
     /// `position u in a .. b, rate in a .. b`
@@ -114,6 +113,21 @@ pub enum StringPart {
         /// The line.
         span: Span,
     },
+    /// `friction f(v) at place against w = law`
+    Friction {
+        /// Its name.
+        name: Name,
+        /// The slip, by the name that it has in the law.
+        slip: Name,
+        /// Where it rubs.
+        place: Expr,
+        /// The speed that the slip is relative to.
+        against: Expr,
+        /// The force against the slip.
+        law: Expr,
+        /// The line.
+        span: Span,
+    },
     /// `points expr`
     Points {
         /// How many points there are between the ends.
@@ -133,6 +147,7 @@ impl StringPart {
             | StringPart::Force { span, .. }
             | StringPart::Ends { span, .. }
             | StringPart::Tuned { span, .. }
+            | StringPart::Friction { span, .. }
             | StringPart::Points { span, .. } => *span,
         }
     }

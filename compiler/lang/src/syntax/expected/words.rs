@@ -90,7 +90,7 @@ const KINDS: &[WordKind] = &[
         name: "a line of the string",
         needs: &["load"],
         covers: &[
-            "position", "density", "load", "force", "ends", "tuned", "points",
+            "position", "density", "load", "force", "ends", "tuned", "points", "friction",
         ],
         words: false,
     },

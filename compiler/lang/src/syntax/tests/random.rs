@@ -197,7 +197,15 @@ impl Dice {
 
     fn string_part(&mut self) -> StringPart {
         let (value, span) = (self.value(), Span::default());
-        match self.below(7) {
+        match self.below(8) {
+            6 => StringPart::Friction {
+                name: self.name(),
+                slip: self.name(),
+                place: value,
+                against: self.value(),
+                law: self.value(),
+                span,
+            },
             0 => StringPart::Coordinate {
                 name: self.name(),
                 range: self.range(),

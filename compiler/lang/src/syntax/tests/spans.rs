@@ -120,6 +120,7 @@ places! {
         Force { value place span },
         Ends { first second span },
         Tuned { name pitch span },
+        Friction { name slip place against law span },
         Points { value span },
     }
     struct Transition { from to guard actions span }

@@ -148,6 +148,33 @@ pub const STRINGS: &[Case] = &[
         ),
     ),
     case(
+        "two frictions of a string",
+        &["WH0421"],
+        string!(
+            "density 1.6 g/m load 57 N * d2(u) ends pinned
+             friction f(v) at 40 mm against x' = 1 N * tanh(v / (1 mm/s))
+             friction g(v) at 80 mm against x' = 1 N * tanh(v / (1 mm/s))"
+        ),
+    ),
+    case(
+        "a string pulled by its own friction",
+        &["WH0401"],
+        string!(
+            "density 1.6 g/m load (57 N + f) * d2(u) ends pinned
+             friction f(v) at 40 mm against x' = 1 N * tanh(v / (1 mm/s))"
+        ),
+    ),
+    case(
+        "a string read where its own friction says",
+        &["WH0401"],
+        string!(
+            "density 1.6 g/m load 57 N * d2(u) ends pinned
+             friction f(v) at 40 mm against x' = 1 N * tanh(v / (1 mm/s))",
+            "0 m .. 0.32 m",
+            "sound s = 100 m^-1 * u(40 mm + 1 mm/N * clamp(f, -1 N, 1 N))"
+        ),
+    ),
+    case(
         "a string named like a body",
         &["WH0202"],
         string!(
