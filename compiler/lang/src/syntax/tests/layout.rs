@@ -6,6 +6,7 @@ use super::spans::without;
 use super::*;
 use crate::syntax::layout;
 use crate::syntax::pretty::print;
+use crate::syntax::repair::types;
 use crate::syntax::token::{Token, lex};
 
 /// Lays a text out, and makes sure that nothing is lost and that doing it twice changes nothing.
@@ -45,11 +46,11 @@ fn bundled_programs_have_the_canonical_layout() {
     }
 }
 
-/// A text as its tokens.
+/// A text as its tokens. A type that is written as units stands in one line, so it is one.
 fn tokens(text: &str) -> Vec<(Token<'_>, &str)> {
     let slice = |s: whippen_source::Span| &text[s.start as usize..s.end as usize];
-    lex(0, text, &mut Vec::new())
-        .tokens
+    let lexed = lex(0, text, &mut Vec::new());
+    types::join(text, lexed.tokens)
         .iter()
         .map(|t| (t.node, slice(t.span)))
         .collect()
