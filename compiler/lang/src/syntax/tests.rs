@@ -6,6 +6,7 @@ mod meaning;
 mod mistakes;
 mod random;
 mod spans;
+mod spoilt;
 
 use super::ast::*;
 use super::parse;
