@@ -129,10 +129,10 @@ impl Emulated {
             .map_err(|e| e.to_string())?;
         let kernels = parts.into_iter().map(|part| part.modes.kernel).collect();
         let keys = layout.keys as usize;
-        let mut emulated =
-            Emulated::loaded(built, kernels, keys, setup.rate_hz, &board, on.kind)?;
+        let mut emulated = Emulated::loaded(built, kernels, keys, setup.rate_hz, &board, on.kind)?;
         let kernel = &first.lowered.kernel;
-        emulated.words_of_key = [kernel.inputs.len(), kernel.outputs.len()].map(|words| words.max(1));
+        emulated.words_of_key =
+            [kernel.inputs.len(), kernel.outputs.len()].map(|words| words.max(1));
         Ok(emulated)
     }
 

@@ -355,7 +355,9 @@ impl ImageSetup {
                 let [least, most] = self.keys_possible();
                 Failure::Usage(format!("{error}: give {least} to {most} with --keys"))
             }
-            ImageError::Ports(..) | ImageError::Once(_) | ImageError::Firmware(_) => Failure::Usage(error.to_string()),
+            ImageError::Ports(..) | ImageError::Once(_) | ImageError::Firmware(_) => {
+                Failure::Usage(error.to_string())
+            }
         }
     }
 }

@@ -140,7 +140,11 @@ fn check_ports(
     setup: &Setup,
 ) -> Result<(), ImageError> {
     let ins = setup.ports.len();
-    let outs = setup.ports.iter().filter(|port| port.drive.is_some()).count();
+    let outs = setup
+        .ports
+        .iter()
+        .filter(|port| port.drive.is_some())
+        .count();
     for InstrumentId(number) in layout.instruments() {
         let kernel = &instruments[number as usize].modes.kernel;
         let found = (kernel.inputs.len(), kernel.outputs.len());

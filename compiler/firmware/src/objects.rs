@@ -32,7 +32,9 @@ pub fn objects(
         tables.push(ports::table_as_assembly(setup, distance)?);
     }
     let cores = setup.keys.len();
-    let alone = shared(board, cores).chain([board.tick]).map(|source| vec![source]);
+    let alone = shared(board, cores)
+        .chain([board.tick])
+        .map(|source| vec![source]);
     let mut texts: Vec<(Vec<Source>, Option<usize>)> =
         alone.map(|sources| (sources, None)).collect();
     let start = texts.len() - 1;

@@ -9,7 +9,7 @@
 
 use std::fmt::Write;
 
-use super::constants::{Heat, RAIL_MS, FROZEN_MS, ticks};
+use super::constants::{FROZEN_MS, Heat, RAIL_MS, ticks};
 use super::{FirmwareError, Motor, Setup};
 
 /// What is guarded of a port.
