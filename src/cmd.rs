@@ -8,6 +8,7 @@ mod completions;
 mod dump;
 mod emulate;
 mod errors;
+mod experiment;
 mod explain;
 mod file_plan;
 mod fmt;
@@ -17,6 +18,7 @@ mod keys;
 mod load;
 mod lsp;
 mod man;
+mod measure;
 mod motion;
 mod new;
 mod numbers;
@@ -27,6 +29,8 @@ mod progress;
 mod proof;
 mod run;
 mod setup;
+mod strings;
+mod sweep;
 mod tour;
 mod watch;
 
@@ -56,6 +60,12 @@ enum Command {
     Check(check::Args),
     /// Move the key of an instrument and record what it does
     Run(Box<run::Args>),
+    /// Repeat an experiment: play it, draw its figure, and say whether what it asserts holds
+    Experiment(experiment::Args),
+    /// Measure a key as a piano technician does: weights, let-off, repetition
+    Measure(Box<measure::Args>),
+    /// Measure numbers over a grid of parameters, or over Sobol points
+    Sweep(Box<sweep::Args>),
     /// Compile an instrument for a microcontroller: files to link, and their bindings
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
@@ -83,6 +93,9 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::New(args)) => new::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Experiment(args)) => experiment::run(&args),
+        Some(Command::Measure(args)) => measure::run(&args),
+        Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),

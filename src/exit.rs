@@ -4,6 +4,9 @@ use std::process::ExitCode;
 
 use crate::say::{self, tell};
 
+/// The exit code of a command that was interrupted, as shells count a Ctrl-C.
+pub const INTERRUPTED: u8 = 130;
+
 /// Why a command did not do what it was asked to.
 #[derive(Debug)]
 pub enum Failure {
@@ -11,6 +14,8 @@ pub enum Failure {
     Program,
     /// The command line, or a file it names, is wrong.
     Usage(String),
+    /// Somebody ended it early; what was done is kept, and has been told.
+    Interrupted,
     /// Whippen is wrong.
     Defect(String),
 }
@@ -19,7 +24,7 @@ pub enum Failure {
 pub type Outcome = Result<(), Failure>;
 
 /// Prints what there is to say and gives the exit code: 0 done, 1 program, 2 command line, 3
-/// defect.
+/// defect, 130 interrupted.
 pub fn code(outcome: Outcome) -> ExitCode {
     let outcome = outcome.and_then(|()| match say::lost() {
         None => Ok(()),
@@ -32,6 +37,7 @@ pub fn code(outcome: Outcome) -> ExitCode {
             tell!("error: {message}");
             ExitCode::from(2)
         }
+        Err(Failure::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(Failure::Defect(message)) => {
             tell!("defect in Whippen, please report it: {message}");
             ExitCode::from(3)

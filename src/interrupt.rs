@@ -8,8 +8,7 @@ use std::sync::{Mutex, PoisonError};
 
 use whippen_runtime::files::abandon_unfinished;
 
-/// The exit code of a command that was interrupted.
-const INTERRUPTED: i32 = 130;
+use crate::exit::INTERRUPTED;
 
 /// What the first signal does instead of ending the command.
 type Job = Box<dyn FnOnce() + Send>;
@@ -37,5 +36,5 @@ fn replace_first(job: Option<Job>) -> Option<Job> {
 
 fn end() {
     abandon_unfinished();
-    std::process::exit(INTERRUPTED);
+    std::process::exit(INTERRUPTED.into());
 }

@@ -20,6 +20,7 @@ pub(crate) use tell;
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use whippen_runtime::files::reason;
 
@@ -48,9 +49,19 @@ pub fn to_stderr(text: &str) {
         .write_all(format!("{text}\n").as_bytes());
 }
 
+/// Whether lines are for nobody.
+static HUSHED: AtomicBool = AtomicBool::new(false);
+
+/// From now on nothing is said in lines: stdout is for what a program reads.
+pub fn hush() {
+    HUSHED.store(true, Ordering::Relaxed);
+}
+
 /// Prints text and the end of the line.
 pub fn line(text: &str) {
-    whole(&format!("{text}\n"));
+    if !HUSHED.load(Ordering::Relaxed) {
+        whole(&format!("{text}\n"));
+    }
 }
 
 /// Prints text as it is.

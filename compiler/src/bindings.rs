@@ -21,6 +21,7 @@ mod interface;
 mod rust;
 
 use whippen_c99::Component;
+use whippen_isa::Arch;
 
 pub use c::c_header;
 pub use c_source::c_source;
@@ -52,8 +53,8 @@ pub struct LiveInterface {
     pub init: i32,
     /// Fraction bits of the integer.
     pub fraction_bits: i32,
-    /// Unit of the value; empty for a bool.
-    pub unit: String,
+    /// Unit of the value, `1` for a plain number; none for a bool.
+    pub unit: Option<String>,
 }
 
 /// An argument of an event.
@@ -63,7 +64,7 @@ pub struct Argument {
     pub name: String,
     /// Fraction bits of the integer.
     pub fraction_bits: i32,
-    /// Unit of the value.
+    /// Unit of the value, `1` for a plain number.
     pub unit: String,
 }
 
@@ -115,6 +116,8 @@ pub struct Interface {
     pub events: Vec<EventInterface>,
     /// Where they collect, if there are any.
     pub ring: Option<Ring>,
+    /// What the machine code was made for; none for C text.
+    pub arch: Option<Arch>,
     /// The kernel, where the code is C text; its state lies behind everything.
     pub component: Option<Component>,
 }

@@ -144,7 +144,9 @@ impl Reason {
             Self::Unpredictable(_) => "unpredictable instruction",
             Self::Unaligned => "unaligned access",
             Self::DivideByZero => "division by zero",
-            Self::NoCoprocessor => "coprocessor absent or disabled",
+            Self::NoCoprocessor => {
+                "coprocessor absent or disabled (floating point: CP10 and CP11 in CPACR)"
+            }
             Self::InvalidState => "branch to an even address (no Thumb bit)",
             Self::StackOverflow => "stack pointer below its limit",
             Self::InvalidReturn => "invalid exception return",

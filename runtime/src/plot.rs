@@ -4,6 +4,7 @@
 //!   key travel      ______/~~~\___      \
 //!   force           one line per term    |  one time axis; strikes are marked through all panels
 //!   coordinates     hammer, ...          |
+//!   sound           level by frequency   |
 //!   states          [touching][flying]  /
 //!   ---------------- time (s) ---------
 //!   force over travel: press, return       its own axes
@@ -22,10 +23,12 @@ pub(crate) mod decimate;
 mod drawing;
 mod font;
 pub(crate) mod frame;
+mod heat;
 pub(crate) mod layout;
 mod map;
 mod path;
 mod png;
+mod spectrum;
 mod svg;
 mod time;
 
@@ -36,8 +39,10 @@ use std::path::Path;
 
 use crate::files::{FileError, write_whole};
 use crate::record::Record;
+use crate::spectrogram::Spectrogram;
 use crate::titles::split_title;
 use crate::trace::{Column, EventRow, Trace};
+pub use heat::HeatMap;
 pub use map::{Curve, Map};
 
 /// One quantity over time.
@@ -71,6 +76,15 @@ pub struct Mark {
     pub label: String,
 }
 
+/// A place on the way of the key to be marked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Place {
+    /// Where (SI).
+    pub at: f64,
+    /// Its name.
+    pub label: String,
+}
+
 /// What to draw.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figure<'a> {
@@ -88,12 +102,16 @@ pub struct Figure<'a> {
     pub total: Option<Series<'a>>,
     /// Coordinates of bodies.
     pub coordinates: Vec<Series<'a>>,
+    /// What the sound is made of.
+    pub spectrograms: Vec<&'a Spectrogram>,
     /// State machines.
     pub machines: Vec<Machine<'a>>,
     /// What the marks are, for the legend: `note (m/s)`.
     pub mark_name: String,
     /// Instants that are marked through all panels over time, such as strikes.
     pub marks: Vec<Mark>,
+    /// Places that are marked in the panel over travel.
+    pub places: Vec<Place>,
 }
 
 /// Which columns and events of a trace play which part; what the trace does not have is left out.
@@ -150,6 +168,7 @@ impl<'a> Figure<'a> {
             forces: roles.forces.iter().filter_map(series).collect(),
             total: series(&roles.total),
             coordinates: roles.coordinates.iter().filter_map(series).collect(),
+            spectrograms: trace.spectrograms.iter().collect(),
             machines: (roles.machines.iter().filter_map(column))
                 .map(machine)
                 .collect(),
@@ -163,6 +182,7 @@ impl<'a> Figure<'a> {
                     label: label(e),
                 })
                 .collect(),
+            places: Vec::new(),
         }
     }
 
@@ -177,6 +197,7 @@ impl<'a> Figure<'a> {
         series
             .map(|s| s.record.ticks())
             .chain(self.machines.iter().map(|m| m.record.ticks()))
+            .chain(self.spectrograms.iter().map(|s| s.samples()))
             .max()
             .unwrap_or(0)
     }
@@ -197,10 +218,14 @@ impl<'a> Figure<'a> {
 /// # Errors
 /// The name ends otherwise, or the file cannot be written.
 pub fn save(figure: &Figure, path: &Path) -> Result<(), FileError> {
+    save_drawing(&layout::draw(figure), path)
+}
+
+/// Writes a drawing as a file's name says.
+fn save_drawing(drawing: &drawing::Drawing, path: &Path) -> Result<(), FileError> {
     let bytes = match ending(path).as_str() {
-        "svg" => figure.svg().into_bytes(),
-        "png" => figure
-            .png()
+        "svg" => svg::print(drawing).into_bytes(),
+        "png" => png::paint(drawing)
             .ok_or_else(|| FileError::new(path, "the figure is too large for a picture"))?,
         _ => {
             return Err(FileError::new(

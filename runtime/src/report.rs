@@ -21,6 +21,7 @@ mod page;
 mod section;
 
 pub use budget::budget_page;
+pub use chart::chart;
 pub use html::{Cell, Row, Table};
 pub use knots::{KNOTS_MAX, Knots, Truth, knots};
 pub use page::Page;

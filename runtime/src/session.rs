@@ -29,8 +29,9 @@ use crate::plot::Figure;
 use crate::trace::Trace;
 
 pub use columns::{
-    ALL, Recorded, Signal, argument_title, argument_titles, arguments, choose, driven, marked,
-    recorded, roles, roles_of_all, suffix, title, titles, unit, unit_of_cell,
+    ALL, Recorded, Signal, argument_title, argument_titles, arguments, choose, driven,
+    event_headings, marked, recorded, roles, roles_of_all, suffix, title, titles, unit,
+    unit_of_cell,
 };
 use recorder::Recorder;
 pub use recorder::{Emitted, Happenings, Keep, LISTED_MAX, Recording};

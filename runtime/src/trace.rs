@@ -20,6 +20,7 @@ mod tables;
 pub use tables::{Argument, EventTable, Form, TickTable};
 
 use crate::record::Record;
+use crate::spectrogram::Spectrogram;
 use crate::titles::{identifier, join_title};
 
 /// What a column is called and what its values are.
@@ -96,6 +97,8 @@ pub struct Trace {
     pub columns: Vec<Column>,
     /// What happened, in the order of time.
     pub events: Vec<EventRow>,
+    /// What the channels of the sound are made of.
+    pub spectrograms: Vec<Spectrogram>,
 }
 
 impl Trace {

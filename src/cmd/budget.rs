@@ -108,7 +108,7 @@ fn find_beyond(setup: &ImageSetup, args: &Args) -> Result<Vec<Beyond>, Failure> 
     setup.instruments.iter().map(beyond).collect()
 }
 
-fn write_text(path: &Path, text: &str) -> Outcome {
+pub fn write_text(path: &Path, text: &str) -> Outcome {
     write_whole(path, |w| w.write_all(text.as_bytes()))
         .map_err(|error| Failure::Usage(error.to_string()))
 }

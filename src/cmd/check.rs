@@ -14,7 +14,7 @@ use whippen_runtime::ringing;
 
 use super::load::{self, Form};
 use super::opened::Opened;
-use super::{json, numbers, option, watch};
+use super::{json, numbers, option, strings, watch};
 use crate::device::{self, NoDevice};
 use crate::exit::{Failure, Outcome};
 use crate::say::{self, say, tell};
@@ -57,6 +57,7 @@ fn once(args: &Args) -> Outcome {
     let options = Options {
         sets: load::sets(&args.sets)?,
         rate_hz: args.rate,
+        ..Options::default()
     };
     let form = if args.json { Form::Json } else { Form::Text };
     let opened = Opened::files(&args.files)?;
@@ -94,6 +95,9 @@ fn once(args: &Args) -> Outcome {
             say::whole(&numbers::report(&compiled, &device).to_string());
         } else {
             say!("{name}: ok{}", unjudged(&model));
+            for line in strings::report(&compiled, &device) {
+                say!("{line}");
+            }
         }
     }
     if outcome.is_ok() && !args.json {

@@ -37,7 +37,7 @@ pub struct HandArgs {
 
 /// What `--hand` says, with the dimensions as they were given.
 #[derive(Debug, Clone, Copy)]
-enum Grip {
+pub enum Grip {
     Free,
     Held([(f64, Dim); 3]),
 }
@@ -67,7 +67,7 @@ impl FromStr for Grip {
 
 impl Grip {
     /// The hand, if its dimensions are those of what it moves.
-    fn hand(self, turns: bool) -> Result<Hand, String> {
+    pub fn hand(self, turns: bool) -> Result<Hand, String> {
         let Grip::Held([mass, damping, stiffness]) = self else {
             return Ok(Hand::FREE);
         };

@@ -53,7 +53,7 @@ pub struct KeysArgs {
 }
 
 /// A note name, as programs write it.
-fn note(text: &str) -> Result<u8, String> {
+pub fn note(text: &str) -> Result<u8, String> {
     midi_number(text)
         .ok_or_else(|| "a note is a letter and an octave, such as C4, F#3 or Bb5".to_string())
 }

@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
+use serde_json::{Map, Value};
 use whippen_compiler::check::{Options, Program, note_name};
 use whippen_compiler::diag::{Diagnostic, Severity, render, summary};
 use whippen_compiler::keyboard;
@@ -84,6 +85,38 @@ pub fn sets(texts: &[String]) -> Result<Vec<(String, String)>, Failure> {
         ))),
     };
     texts.iter().map(one).collect()
+}
+
+/// Settings, and which of them are in SI.
+type SettingsInSi = (Vec<(String, String)>, Vec<String>);
+
+/// The objects of `--set-json`: settings, and the names of those that are plain numbers, in SI.
+pub fn json_sets(texts: &[String]) -> Result<SettingsInSi, Failure> {
+    let (mut sets, mut in_si) = (Vec::new(), Vec::new());
+    for text in texts {
+        let wrong = |why: String| Failure::Usage(format!("`--set-json {text}`: {why}"));
+        let object: Map<String, Value> = serde_json::from_str(text).map_err(|error| {
+            let wanted = "wanted is an object, such as {\"k\": 9e3, \"weight\": \"0.4N\"}";
+            wrong(format!("{error}; {wanted}"))
+        })?;
+        for (name, value) in object {
+            let value = match value {
+                Value::Number(number) => {
+                    in_si.push(name.clone());
+                    number.as_f64().unwrap_or(f64::NAN).to_string()
+                }
+                Value::String(text) => text,
+                Value::Bool(true) => "on".to_string(),
+                Value::Bool(false) => "off".to_string(),
+                _ => {
+                    let wanted = "is a number in SI, a text with a unit, true or false";
+                    return Err(wrong(format!("the value of `{name}` {wanted}")));
+                }
+            };
+            sets.push((name, value));
+        }
+    }
+    Ok((sets, in_si))
 }
 
 /// The form in which diagnostics are reported.

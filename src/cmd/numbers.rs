@@ -8,12 +8,17 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
 use whippen_runtime::session;
 
+use super::strings;
+
 /// The report of one instrument.
 pub fn report(compiled: &Compiled, device: &Device) -> String {
     let mut out = format!("{}\n", compiled.model.name);
     table(&mut out, compiled);
     updates(&mut out, compiled);
     clamps(&mut out, compiled);
+    for line in strings::report(compiled, device) {
+        let _ = writeln!(out, "{line}");
+    }
     for sense in &compiled.model.senses {
         differentiators(&mut out, compiled, sense, device);
     }

@@ -48,6 +48,11 @@ pub fn threads(text: &str) -> Result<u32, String> {
     whole(text, 1..=256, 2)
 }
 
+/// `--sobol`: points.
+pub fn points(text: &str) -> Result<u32, String> {
+    whole(text, 2..=65_536, 64)
+}
+
 /// `--column`: a column of a table.
 pub fn column(text: &str) -> Result<u32, String> {
     whole(text, 1..=u32::MAX, 2).map_err(|why| format!("{why}: columns are counted from 1"))
@@ -79,6 +84,11 @@ pub fn rate(text: &str) -> Result<u32, String> {
 /// A length.
 pub fn length(text: &str) -> Result<f64, String> {
     quantity(text, Dim::LENGTH, "a length, such as 12.7mm")
+}
+
+/// A speed above zero; a plain number is in m/s.
+pub fn speed(text: &str) -> Result<f64, String> {
+    positive(text, Dim::SPEED, "a speed, such as 5mm/s")
 }
 
 /// A frequency; a plain number is in Hz.

@@ -58,35 +58,58 @@ pub fn during<T>(what: &str, work: impl FnOnce() -> T) -> T {
 pub struct Progress {
     bar: ProgressBar,
     start: Instant,
-    rate_hz: f64,
+    counted: Counted,
+}
+
+/// What a bar counts.
+enum Counted {
+    /// Ticks at a rate (Hz), told as seconds.
+    Ticks(f64),
+    /// Things of this name.
+    Things(&'static str),
 }
 
 impl Progress {
     /// For so many ticks.
     pub fn new(ticks: usize, rate_hz: u32) -> Progress {
-        let bar = ProgressBar::with_draw_target(Some(ticks as u64), ProgressDrawTarget::hidden());
+        Progress::counting(ticks, Counted::Ticks(f64::from(rate_hz)))
+    }
+
+    /// For so many things of a name, such as keys.
+    pub fn of_things(count: usize, name: &'static str) -> Progress {
+        Progress::counting(count, Counted::Things(name))
+    }
+
+    fn counting(count: usize, counted: Counted) -> Progress {
+        let bar = ProgressBar::with_draw_target(Some(count as u64), ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("{bar:40} {msg}")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         bar.set_style(style);
         Progress {
             bar,
             start: Instant::now(),
-            rate_hz: f64::from(rate_hz),
+            counted,
         }
     }
 
-    /// So many ticks are done.
-    pub fn at(&self, ticks: usize) {
+    /// So many ticks or things are done.
+    pub fn at(&self, done: usize) {
         if self.bar.is_hidden() && self.start.elapsed() > SHOWN_AFTER {
             // indicatif draws on terminals only.
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
-        self.bar.set_position(ticks as u64);
-        let total_s = self.bar.length().unwrap_or(0) as f64 / self.rate_hz;
-        self.bar.set_message(format!(
-            "{:.1} of {total_s:.1} s",
-            ticks as f64 / self.rate_hz
-        ));
+        self.bar.set_position(done as u64);
+        let total = self.bar.length().unwrap_or(0);
+        self.bar.set_message(match self.counted {
+            Counted::Ticks(rate_hz) => {
+                format!(
+                    "{:.1} of {:.1} s",
+                    done as f64 / rate_hz,
+                    total as f64 / rate_hz
+                )
+            }
+            Counted::Things(name) => format!("{done} of {total} {name}"),
+        });
     }
 
     /// Takes the bar away.

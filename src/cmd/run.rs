@@ -61,6 +61,14 @@ pub struct Args {
         help_heading = "The instrument"
     )]
     sets: Vec<String>,
+    /// The same for several, as a JSON object, such as '{"k": 9e3, "weight": "0.4N"}'; plain
+    /// numbers are in SI
+    #[arg(
+        long = "set-json",
+        value_name = "OBJECT",
+        help_heading = "The instrument"
+    )]
+    set_json: Vec<String>,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP, help_heading = "The instrument")]
     device: Option<OsString>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE, help_heading = "The instrument")]
@@ -71,6 +79,9 @@ pub struct Args {
     /// Run the f64 engine too, and print how far fixed point is from it
     #[arg(long)]
     errors: bool,
+    /// Print one line of JSON instead: what happened, what was counted, the files
+    #[arg(long, conflicts_with_all = ["midi", "errors", "watch"])]
+    json: bool,
     /// Run again whenever one of the files is saved, until Ctrl-C
     #[arg(long)]
     watch: bool,
@@ -119,13 +130,18 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 fn run_once(args: &Args) -> Outcome {
+    if args.json {
+        say::hush();
+    }
     let opened = Opened::words(&args.words)?;
     let (sources, name) = (&opened.sources, opened.name);
     let plan = FilePlan::default().reads(&args.files(&opened));
     args.outputs.plan(plan).check()?;
     args.fits_engine().map_err(Failure::Usage)?;
+    let (of_json, in_si) = load::json_sets(&args.set_json)?;
     let options = Options {
-        sets: load::sets(&args.sets)?,
+        sets: [load::sets(&args.sets)?, of_json].concat(),
+        in_si,
         rate_hz: args.tick_rate,
     };
     let (map, program) = load::checked(sources, &options, Severity::Warning)?;
@@ -211,6 +227,10 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         };
         let section = Section::of_run(&compiled, &run, &made);
         report(path, &compiled.model.name.replace('_', " "), vec![section])?;
+    }
+    if args.json {
+        let object = summary::json(&compiled, &run, engine, checked.settings, outputs);
+        say::whole(&format!("{object}\n"));
     }
     if args.errors {
         print_errors(&compiled, &device, engine, &positions)

@@ -170,6 +170,7 @@ impl SetupArgs {
         let options = Options {
             sets: load::sets(&self.sets)?,
             rate_hz: self.rate,
+            ..Options::default()
         };
         load::checked(&opened.sources, &options, Severity::Warning)
     }

@@ -210,7 +210,10 @@ impl CursorPlace<'_> {
             .map(|(_, d)| d);
         all.extend(self.shown(scoped.filter(|d| {
             d.kind.is_value()
-                || matches!(d.kind, NameKind::Machine | NameKind::Body | NameKind::Zones)
+                || matches!(
+                    d.kind,
+                    NameKind::Machine | NameKind::Body | NameKind::String | NameKind::Zones
+                )
         })));
         let items = index
             .definitions

@@ -172,7 +172,7 @@ fn symbol_kind(kind: NameKind) -> SymbolKind {
         NameKind::Param => SymbolKind::CONSTANT,
         NameKind::Machine => SymbolKind::ENUM,
         NameKind::MachineState => SymbolKind::ENUM_MEMBER,
-        NameKind::Body => SymbolKind::OBJECT,
+        NameKind::Body | NameKind::String => SymbolKind::OBJECT,
         NameKind::Event => SymbolKind::EVENT,
         NameKind::Force | NameKind::Sound | NameKind::Friction => SymbolKind::OPERATOR,
         NameKind::Sense
@@ -181,6 +181,7 @@ fn symbol_kind(kind: NameKind) -> SymbolKind {
         | NameKind::Noise
         | NameKind::Delay
         | NameKind::Coordinate
+        | NameKind::Tension
         | NameKind::Slip => SymbolKind::FIELD,
         NameKind::Live | NameKind::Parameter | NameKind::Result => SymbolKind::PROPERTY,
         NameKind::Let => SymbolKind::VARIABLE,

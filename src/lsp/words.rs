@@ -129,6 +129,35 @@ pub const KEYWORDS: &[(&str, &str)] = &[
         "sound",
         "`sound label = value`: a term of the sound, -1 .. 1; behind the label `on left` or `on right`.",
     ),
+    (
+        "string",
+        "`string name along a .. b { .. }`: what moves all along between two ends; it has a `density`, loads and ends.",
+    ),
+    (
+        "along",
+        "`along a .. b`: where a string begins and ends, as lengths.",
+    ),
+    (
+        "density",
+        "`density value`: the mass of a string per length.",
+    ),
+    (
+        "load",
+        "`load tension * d2(u)`: a force per length all along a string, a sum of `d2(u)`, `d4(u)`, `u'` and `d2(u')` times values; loads are added.",
+    ),
+    (
+        "ends",
+        "`ends pinned`, `ends clamped`, or a word for each: how a string is held.",
+    ),
+    (
+        "tuned",
+        "`tuned tension to pitch` in a string: the tension at which it has that pitch; elsewhere `tuned(d, t)` reads a delay line.",
+    ),
+    ("to", "Before the pitch to which a string is tuned."),
+    (
+        "points",
+        "`points value`: at how many points a string is computed; as many as are stable without it.",
+    ),
     ("inertia", "`inertia value`: of a body that turns."),
     ("mass", "`mass value`: of a body that slides."),
     (
@@ -137,7 +166,7 @@ pub const KEYWORDS: &[(&str, &str)] = &[
     ),
     (
         "friction",
-        "`friction f(v) against w = force`: acts against the slip `v`, the speed relative to `w` of this very tick; `f` is the force, `f.slip` the slip.",
+        "`friction f(v) against w = force`, in a string with `at place` before `against`: acts against the slip `v`, the speed relative to `w` of this very tick; `f` is the force, `f.slip` the slip.",
     ),
     (
         "against",

@@ -4,7 +4,9 @@ use whippen_compiler::bindings::{
     Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring, c_header, rust_module,
 };
 
-use crate::tools::Folder;
+use whippen_isa::Arch;
+
+use crate::tools::{Folder, text};
 
 fn interface() -> Interface {
     let port = |name: &str, lsb, zero, unit: &str| PortInterface {
@@ -19,7 +21,15 @@ fn interface() -> Interface {
         range,
         init,
         fraction_bits,
-        unit: unit.into(),
+        unit: Some(unit.into()),
+    };
+    let switch = LiveInterface {
+        name: "Loud".into(),
+        at: 28,
+        range: (0, 1),
+        init: 1,
+        fraction_bits: 0,
+        unit: None,
     };
     let speed = Argument {
         name: "speed".into(),
@@ -38,6 +48,7 @@ fn interface() -> Interface {
         lives: vec![
             live("weight", 20, (i32::MIN, 1 << 30), -7, 30, "N"),
             live("slow", 24, (0, 9), 1, -2, "N*s/m"),
+            switch,
         ],
         events: vec![
             EventInterface {
@@ -55,6 +66,7 @@ fn interface() -> Interface {
             record_bytes: 16,
             tick_bytes_max: 96,
         }),
+        arch: Some(Arch::V8M),
         component: None,
     }
 }
@@ -145,6 +157,27 @@ fn the_header_is_strict_c_for_the_target() {
     }
 }
 
+/// Linkers say nothing where code for a larger core is joined with that of a smaller one.
+#[test]
+fn the_header_refuses_a_core_that_lacks_its_instructions() {
+    let folder = used();
+    for (core, taken) in [
+        ("cortex-m0plus", false),
+        ("cortex-m4", false),
+        ("cortex-m33+nodsp", false),
+        ("cortex-m33", true),
+        ("cortex-m55", true),
+    ] {
+        let cpu = format!("-mcpu={core}");
+        let Some(output) = folder.output("arm-none-eabi-gcc", &[&cpu, "-c", "use.c"]) else {
+            return;
+        };
+        let told = text(&output.stderr);
+        assert_eq!(output.status.success(), taken, "{core}: {told}");
+        assert!(taken || told.contains("code for a Cortex-M33"), "{told}");
+    }
+}
+
 const CPP: &[&str] = &["-std=c++17", "-x", "c++", "-c"];
 
 #[test]
@@ -154,7 +187,8 @@ fn the_header_is_strict_cpp() {
 
 #[test]
 fn the_header_is_strict_cpp_for_the_target() {
-    compile(&used(), "arm-none-eabi-g++", CPP);
+    let flags = [&["-mcpu=cortex-m33"], CPP].concat();
+    compile(&used(), "arm-none-eabi-g++", &flags);
 }
 
 /// The module as it was last accepted; `WHIPPEN_BLESS=1` writes it anew.
@@ -173,7 +207,7 @@ fn the_module_is_rust_over_fixed() {
         std::fs::write(path, &made).expect("written");
     }
     assert_eq!(std::fs::read_to_string(path).expect("there"), made);
-    use probe_module::{SLOW_MAX, WEIGHT_INIT, WEIGHT_MIN, X_LSB_M, note_speed};
+    use probe_module::{SLOW_MAX, WEIGHT_INIT, WEIGHT_MIN, X_LSB_M};
     assert_eq!(
         (WEIGHT_MIN.to_num::<f64>(), WEIGHT_INIT.to_bits(), SLOW_MAX),
         (-2.0, -7, 9)
@@ -185,7 +219,7 @@ fn the_module_is_rust_over_fixed() {
         args: [3 << 27],
     };
     assert_eq!(
-        (note_speed(&event).to_num::<f64>(), X_LSB_M),
+        (event.note_speed().to_num::<f64>(), X_LSB_M),
         (1.5, 1.678e-7)
     );
 }

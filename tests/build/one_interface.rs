@@ -188,6 +188,9 @@ fn public(text: &str) -> Vec<String> {
         "KERNEL",
         "offset_of",
         "size_of",
+        // Machine code asks for its core.
+        "__arm__",
+        "#error",
     ];
     let own = text
         .lines()
@@ -207,4 +210,61 @@ fn both_files_have_one_interface() {
         let lacks: Vec<&String> = object.iter().filter(|line| !text.contains(line)).collect();
         assert_eq!(lacks, Vec::<&String>::new(), "{file}");
     }
+}
+
+/// Names that differ in case only, that begin as others end, and that mean two things.
+const ALIKE: &str = "instrument alike {
+    sense x: length in 0 mm .. 10 mm over 1 ms
+    live param k = 80 N/m in 0 N/m .. 200 N/m
+    live param K = 8 N/m in 0 N/m .. 20 N/m
+    live param k_1 = 0.5 in 0 .. 1
+    live param Loud = on
+    event events when x > 5 mm { emit events(lost: x') }
+    event set when x > 6 mm { emit k(min: x', Min: x, a_b: x) emit k_a(b: x) }
+    event c when x > 7 mm { emit c(fraction_bits: x') }
+    force spring = if Loud then k * x + K * x * k_1 else 0 N
+}
+";
+
+#[test]
+fn no_two_things_have_one_name() {
+    let folder = Folder::new();
+    folder.write("alike.whip", ALIKE);
+    let output = ["build", "alike.whip", "--keys", "2", "-o", "alike.c"];
+    folder.run(WHIPPEN, &output).expect("is built");
+    let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).expect("written");
+    let once = |file: &str, begin: &str| {
+        let text = read(file);
+        let lines = text
+            .lines()
+            .filter_map(|line| line.trim().strip_prefix(begin));
+        let name = |line: &str| line.split([' ', ':', '(']).next().unwrap_or("").to_string();
+        let mut all: Vec<String> = lines.map(name).collect();
+        let many = all.len();
+        all.sort();
+        all.dedup();
+        assert_eq!(all.len(), many, "{file}: {all:?}");
+        all
+    };
+    let header = once("alike.h", "#define ");
+    assert!(header.contains(&"ALIKE_K_A_B".to_string()), "{header:?}");
+    once("alike.rs", "pub const ");
+    assert!(once("alike.rs", "pub fn ").contains(&"events_lost".to_string()));
+    once("alike.rs", "pub unsafe fn ");
+    // A switch takes a bool, a number none.
+    let module = read("alike.rs");
+    assert!(
+        module.contains("set_Loud(state: *mut State, value: bool)"),
+        "{module}"
+    );
+    assert!(
+        module.contains("/// Largest value of `k_1`, in 1."),
+        "{module}"
+    );
+    let Some(()) = folder
+        .run("gcc", &[STRICT, &["-c", "alike.c"]].concat())
+        .map(drop)
+    else {
+        return;
+    };
 }

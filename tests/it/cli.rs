@@ -431,7 +431,7 @@ fn help_has_an_example_for_every_command() {
         ["check", "run", "dump"].iter().all(|c| out.contains(c)),
         "{out}"
     );
-    for command in ["check", "run", "dump"] {
+    for command in ["check", "run", "measure", "sweep", "dump"] {
         let (out, err) = shell.ends(0, &[command, "--help"]);
         assert!(
             out.contains(&format!("Example: whippen {command} instruments/")),

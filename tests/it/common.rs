@@ -58,13 +58,15 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 6] = [
+pub const PROGRAMS: [(&str, &str); 10] = [
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",
         include_str!("../programs/two-axis-spring.whip"),
     ),
     ("sound.whip", include_str!("../programs/sound.whip")),
+    ("pedals.whip", include_str!("../programs/pedals.whip")),
+    ("keytar.whip", include_str!("../programs/keytar.whip")),
     ("pad.whip", include_str!("../programs/pad.whip")),
     (
         "dial-and-lever.whip",
@@ -73,6 +75,14 @@ pub const PROGRAMS: [(&str, &str); 6] = [
     (
         "rubbed_mass.whip",
         include_str!("../programs/rubbed_mass.whip"),
+    ),
+    (
+        "plucked_string.whip",
+        include_str!("../programs/plucked_string.whip"),
+    ),
+    (
+        "bowed_string.whip",
+        include_str!("../programs/bowed_string.whip"),
     ),
 ];
 

@@ -137,6 +137,31 @@ fn what_does_not_round_is_told_as_exact_and_never_warned_of() {
     }
 }
 
+/// A chorus is read between ticks, and told to be off by a ten-thousandth; a lag goes there.
+#[test]
+fn a_lag_gets_to_what_may_be_wrong_itself() {
+    let text = "instrument slow {
+        sense x: length in 0 mm .. 10 mm over 1 ms
+        let voice = chorus(x / 10 mm, pace: 1 Hz, late: 15 ms, depth: 5 ms, mix: 0.5)
+        state y: number in -1 .. 1
+        next y = y + (voice.left - y) * 0.001
+        sound out = y
+    }";
+    let compiled = common::compiled("slow", text, &[]).remove(0);
+    let updates = &compiled.lowered.updates;
+    let slow = compiled
+        .model
+        .cells
+        .enumerated()
+        .find(|(_, c)| c.name == "y");
+    let (slow, _) = slow.expect("is kept");
+    let bands = dead_bands(&compiled.step, &compiled.ranges, updates);
+    let found = bands.iter().find(|(update, _)| update.cell == slow);
+    let (update, band) = found.expect("it rounds");
+    assert!(update.error > 5e-8, "{update:?}");
+    assert!(band.width < 1e-5 && !warns(&compiled), "{band:?}");
+}
+
 #[test]
 fn the_error_of_a_lag_stays_within_its_bound_however_long_it_runs() {
     let positions_m = &common::gesture()[80_000..180_000];

@@ -4,13 +4,13 @@
 use whippen_compiler::ideal::{Ideal, KeyState};
 use whippen_compiler::kernel::Interp;
 use whippen_compiler::lower::{Export, ExportKind, Update};
-use whippen_compiler::model::{Body, CellId, DelayId, Model, Node, Pulse, RuleKind};
+use whippen_compiler::model::{Body, CellId, Delay, DelayId, Model, Node, Pulse, RuleKind};
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::compare::{Comparison, compare};
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 
-use crate::common;
+use crate::{common, strings};
 
 fn against_ideal(compiled: &Compiled, positions_m: &[f64]) -> Comparison {
     compare(
@@ -160,15 +160,21 @@ fn adopted(compiled: &Compiled, interp: &Interp, tick: usize) -> KeyState {
                 word.unwrap_or(0) as f64 * fed_lsb(compiled, *line) / 16.0
             })
             .collect(),
+        strands: strings::adopted(compiled, interp).into_iter().collect(),
     }
 }
 
-/// Whether a comparison of this tick is so close that rounding may decide it.
+/// Whether a comparison of this tick, or which ticks of a line it reads, is so close that rounding
+/// may decide it.
 fn tied(model: &Model, ideal: &Ideal) -> bool {
     model.dag.nodes().any(|(_, node)| match *node {
         Node::Compare(_, a, b) => {
             let (a, b) = (ideal.value(0, a), ideal.value(0, b));
             (a - b).abs() <= 1e-6 * a.abs().max(b.abs()) && a != b
+        }
+        Node::Tuned(_, ticks, _) => {
+            let ticks = ideal.value(0, ticks) - Delay::FRACTION_MIN;
+            (ticks - ticks.round()).abs() <= 1e-6 * ticks.abs()
         }
         _ => false,
     })
@@ -220,6 +226,7 @@ pub fn one_tick_at_a_time(compiled: &Compiled, words: &[u16], noise: f64) -> (us
             compared += 1;
         }
         compared += updates_stay_within(compiled, &interp, &ideal, noise);
+        compared += strings::stay_within(compiled, &interp, &ideal);
     }
     (compared, ties)
 }

@@ -1,6 +1,7 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod bowed;
 mod budget;
 mod button_and_knob;
 mod cli;
@@ -12,6 +13,7 @@ mod documents;
 mod emulate;
 mod emulated;
 mod escapement;
+mod experiment;
 mod files;
 mod first_mechanisms;
 mod friction;
@@ -23,10 +25,12 @@ mod language;
 mod library;
 mod limits;
 mod lsp;
+mod measure;
 mod messages;
 mod midi;
 mod newcomers;
 mod organ_and_plucked;
+mod pedals;
 mod pictures;
 mod pipeline;
 mod played;
@@ -39,7 +43,9 @@ mod report;
 mod rings;
 mod sound;
 mod stability;
+mod strings;
 mod strokes;
+mod sweep;
 mod tables;
 mod told;
 mod zones;

@@ -271,6 +271,17 @@ fn a_run_writes_what_is_heard() {
             );
         }
     }
+    // A picture has the panel of the sound, and a spectrogram of each channel.
+    shell.ends(0, &["run", "i.whip", "--plot", "i.svg"]);
+    let picture = shell.lines("i.svg").concat();
+    for text in [
+        ">sound<",
+        ">channel left: spectrum (Hz)<",
+        ">channel right: spectrum (Hz)<",
+    ] {
+        assert!(picture.contains(text), "{text}");
+    }
+    assert_eq!(picture.matches("href=\"data:image/png;base64,").count(), 2);
     let none = ["run", "click.whip", "--out", "c.wav"];
     shell.refuses(2, &none, &["`c` has no sound", "sound out = .."]);
     let board = ["run", "i.whip", "--engine", "emulated", "--out", "e.wav"];

@@ -322,6 +322,7 @@ fn the_map_of_borders_is_as_pictured() {
         title: "how stiff a virtual spring may be on mikey (x' over 1 ms)".to_string(),
         abscissa: "damping (N·s/m)".to_string(),
         ordinate: "virtual stiffness (kN/m)".to_string(),
+        starts: (0.0, 0.0),
         ends: (8.0, 60.0),
         curves,
     };

@@ -42,6 +42,25 @@ fn a_summary_lists_all_that_was_emitted() {
 }
 
 #[test]
+fn what_happens_in_the_first_tick_is_asked_about() {
+    // The other way round: the key rests where the first state is left at once.
+    let swapped = LAMP
+        .replace("open   -> closed when x > 6 mm { emit light() }", "")
+        .replace(
+            "{ emit dark() }",
+            "{ emit dark() } open -> closed when x > 6 mm { emit light() }",
+        );
+    let shell = Shell::new()
+        .with("lamp.whip", LAMP)
+        .with("swapped.whip", &swapped);
+    let told = "dark in the very first tick: does the first state";
+    let (out, _) = shell.ends(0, &["run", "swapped.whip"]);
+    assert!(out.contains(told), "{out}");
+    let (out, _) = shell.ends(0, &["run", "lamp.whip"]);
+    assert!(!out.contains("very first tick"), "{out}");
+}
+
+#[test]
 fn what_a_knob_gives_is_a_torque() {
     let shell = Shell::new().with("dial.whip", STIFF);
     let args = ["run", "dial.whip", "--report", "dial.html"];

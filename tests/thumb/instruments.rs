@@ -30,10 +30,13 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
     let others = [
         "functions.whip",
         "sound.whip",
+        "pedals.whip",
         "two-axis-spring.whip",
         "pad.whip",
         "dial-and-lever.whip",
         "rubbed_mass.whip",
+        "plucked_string.whip",
+        "bowed_string.whip",
     ];
     for (folder, file) in bundled.chain(others.map(|file| ("tests/programs", file))) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -20,6 +20,14 @@ pub const STD: &[(&str, &str)] = &[
         include_str!("../../../instruments/std/detents.whip"),
     ),
     (
+        "<std/distortion.whip>",
+        include_str!("../../../instruments/std/distortion.whip"),
+    ),
+    (
+        "<std/envelope.whip>",
+        include_str!("../../../instruments/std/envelope.whip"),
+    ),
+    (
         "<std/escapement.whip>",
         include_str!("../../../instruments/std/escapement.whip"),
     ),
@@ -28,12 +36,32 @@ pub const STD: &[(&str, &str)] = &[
         include_str!("../../../instruments/std/felt.whip"),
     ),
     (
+        "<std/filter.whip>",
+        include_str!("../../../instruments/std/filter.whip"),
+    ),
+    (
         "<std/friction.whip>",
         include_str!("../../../instruments/std/friction.whip"),
     ),
     (
+        "<std/karplus.whip>",
+        include_str!("../../../instruments/std/karplus.whip"),
+    ),
+    (
         "<std/laws.whip>",
         include_str!("../../../instruments/std/laws.whip"),
+    ),
+    (
+        "<std/lfo.whip>",
+        include_str!("../../../instruments/std/lfo.whip"),
+    ),
+    (
+        "<std/modulation.whip>",
+        include_str!("../../../instruments/std/modulation.whip"),
+    ),
+    (
+        "<std/pick.whip>",
+        include_str!("../../../instruments/std/pick.whip"),
     ),
     (
         "<std/plectrum.whip>",
@@ -42,6 +70,14 @@ pub const STD: &[(&str, &str)] = &[
     (
         "<std/spring.whip>",
         include_str!("../../../instruments/std/spring.whip"),
+    ),
+    (
+        "<std/strings.whip>",
+        include_str!("../../../instruments/std/strings.whip"),
+    ),
+    (
+        "<std/violin.whip>",
+        include_str!("../../../instruments/std/violin.whip"),
     ),
     (
         "<std/wall.whip>",

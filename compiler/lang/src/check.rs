@@ -58,6 +58,7 @@ mod shared_senses;
 mod slot;
 mod sound;
 mod states;
+pub mod strand;
 mod types;
 mod walk;
 mod zones;
@@ -103,6 +104,8 @@ pub struct Options {
     /// Parameters set from outside: `name` or `instrument.name`, and the value as text (`0.4N`,
     /// `off`).
     pub sets: Vec<(String, String)>,
+    /// Those of them, by the name that they set, whose plain numbers are in SI.
+    pub in_si: Vec<String>,
 }
 
 /// A checked program.

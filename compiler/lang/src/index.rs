@@ -38,8 +38,10 @@ pub enum NameKind {
     Noise,
     /// A delay line.
     Delay,
-    /// The coordinate of a body.
+    /// The coordinate of a body, or the displacement of a string.
     Coordinate,
+    /// The tension that a string is tuned by.
+    Tension,
     /// The force of a friction.
     Friction,
     /// The slip in the law of a friction.
@@ -54,6 +56,8 @@ pub enum NameKind {
     MachineState,
     /// A body.
     Body,
+    /// A string.
+    String,
     /// A named event.
     Event,
     /// The label of a force term.
@@ -77,6 +81,7 @@ impl NameKind {
                 | Noise
                 | Delay
                 | Coordinate
+                | Tension
                 | Friction
                 | Parameter
                 | Result
@@ -99,6 +104,7 @@ impl NameKind {
             NameKind::Noise => "noise",
             NameKind::Delay => "delay line",
             NameKind::Coordinate => "coordinate",
+            NameKind::Tension => "tension of a string",
             NameKind::Friction => "friction",
             NameKind::Slip => "slip of a friction",
             NameKind::Parameter => "parameter of the term",
@@ -106,6 +112,7 @@ impl NameKind {
             NameKind::Machine => "machine",
             NameKind::MachineState => "state",
             NameKind::Body => "body",
+            NameKind::String => "string",
             NameKind::Event => "event",
             NameKind::Force => "force term",
             NameKind::Sound => "sound",

@@ -5,6 +5,7 @@
 //!   Model + Ranges ─ guards   a guard that always or never holds; a state that is never entered for it
 //!                  ├ overlap  two transitions of one state whose guards can hold together
 //!                  ├ writers  two writers of one variable that can act in one tick
+//!                  ├ near_end a place on a string too near to its end
 //!                  └ outside  a value that reaches beyond the range of the state it is written to
 //!                       └── all ask `together`: can these bools hold at once? never, at such values, unknown
 //! ```
@@ -13,6 +14,7 @@
 //! key.
 
 mod guards;
+mod near_end;
 mod outside;
 mod overlap;
 pub mod together;
@@ -32,6 +34,7 @@ pub fn lint(model: &Model, ranges: &Ranges) -> Vec<Diagnostic> {
     overlap::check(model, &never, &mut solver, &mut found);
     writers::check(model, &never, &mut solver, &mut found);
     outside::check(model, ranges, &mut found);
+    near_end::check(model, ranges, &mut found);
     found.extend(silent(model));
     found.sort_by_key(|d| (d.span, d.code));
     // A term that is called twice is looked at twice.

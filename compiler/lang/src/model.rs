@@ -18,11 +18,13 @@ mod function;
 pub mod prime;
 pub mod print;
 mod sound;
+pub mod strand;
 pub mod sweep;
 
 pub use dag::{Balance, Cmp, Dag, Node, NodeId};
 pub use function::Function;
 pub use sound::{Delay, DelayId, Noise, NoiseId, Side, Sound, TunedId};
+pub use strand::{End, GridNumber, Push, Reading, Rub, Strand, StrandId};
 
 use crate::units::Dim;
 use whippen_ids::{IdMap, impl_id};
@@ -87,6 +89,8 @@ pub struct Model {
     pub machines: IdMap<MachineId, Machine>,
     /// Bodies, which move the cells of their coordinates.
     pub bodies: Vec<Body>,
+    /// Strings.
+    pub strands: IdMap<StrandId, Strand>,
     /// Pulses.
     pub pulses: IdMap<PulseId, Pulse>,
     /// Noises.

@@ -10,10 +10,12 @@
 mod interval;
 mod problem;
 
+pub use problem::outside_string;
+
 use std::collections::HashMap;
 
 use crate::diag::Diagnostic;
-use crate::model::{Balance, Cmp, Delay, Function, Interval, Model, Node, NodeId};
+use crate::model::{Balance, Cmp, Delay, Function, Interval, Model, Node, NodeId, Reading, Strand};
 use whippen_ids::IdMap;
 
 /// What was proven: an interval per node. Only the analysis makes one.
@@ -141,6 +143,8 @@ pub enum Problem {
     OutsideDomain(Function, Interval),
     /// A time that a delay line may not hold, in ticks, and the least and most that it may be.
     OutsideDelay(Interval, Interval),
+    /// A place that may lie outside of its string (m from where it begins).
+    OutsideString(Interval),
     /// A friction whose law pushes at slips in the first interval: it lies in the second.
     Pushes(Interval, Interval),
     /// Beyond [`LIMIT`].
@@ -168,6 +172,9 @@ pub fn transfer(
         Node::Noise(_) => Interval::around(1.0),
         &Node::Tap(d, t) => within_line(&model.delays[d], of(t), 1.0)?,
         &Node::Tuned(d, t, _) => tuned(&model.delays[d], of(t))?,
+        Node::Read(..) | Node::Mean(..) | Node::Spread(..) | Node::Grid(..) => {
+            of_string(model, node, &of)?
+        }
         Node::Is(m, _) if model.machines[m].states.len() == 1 => Interval::point(1.0),
         Node::Is(..) => EITHER,
         Node::Linear(c0, terms) => terms.iter().fold(Interval::point(c0.0), |sum, (c, x)| {
@@ -238,6 +245,46 @@ fn within_line(delay: &Delay, ticks: Interval, least: f64) -> Result<Interval, P
     }
     // Nothing was fed before the first tick.
     Ok(delay.range.union(Interval::point(0.0)))
+}
+
+/// What a string gives.
+fn of_string(
+    model: &Model,
+    node: &Node,
+    of: &impl Fn(NodeId) -> Interval,
+) -> Result<Interval, Problem> {
+    Ok(match node {
+        &Node::Read(s, reading, place) => {
+            along_string(&model.strands[s], of(place))?;
+            model.strands[s].reach(reading, model.rate_hz)
+        }
+        Node::Mean(s, all) => {
+            along_string(&model.strands[s], of(all[0]))?;
+            model.strands[s].reach(Reading::Rate, model.rate_hz)
+        }
+        &Node::Spread(s, place) => spread(&model.strands[s], of(place)),
+        &Node::Grid(s, number) => Interval::point(model.strands[s].number(number)),
+        _ => return Err(Problem::Unbounded),
+    })
+}
+
+/// The sum of the squares of the weights at these places.
+fn spread(strand: &Strand, places: Interval) -> Interval {
+    match places.low == places.high {
+        true => Interval::point(Strand::spread(strand.cell(places.low).1)),
+        false => Strand::SPREAD,
+    }
+}
+
+/// Whether all of these places (m from where it begins) are on the string.
+pub fn along_string(strand: &Strand, places: Interval) -> Result<(), Problem> {
+    // Places are rounded on their way.
+    const SLACK: f64 = 1e-9;
+    let slack = SLACK * strand.length();
+    if places.low < -slack || places.high > strand.length() + slack {
+        return Err(Problem::OutsideString(places));
+    }
+    Ok(())
 }
 
 fn power(a: Interval, halves: u8) -> Result<Interval, Problem> {

@@ -151,7 +151,10 @@ impl Lowerer<'_> {
         let dag = &self.step.model.dag;
         let is_kept = |id: &NodeId| {
             let node = dag.get(*id);
-            matches!(node, Node::Cell(_) | Node::Tap(..) | Node::Tuned(..))
+            matches!(
+                node,
+                Node::Cell(_) | Node::Tap(..) | Node::Tuned(..) | Node::Read(..)
+            )
         };
         dag.below(node).iter().any(is_kept)
     }
@@ -263,7 +266,7 @@ impl Lowerer<'_> {
                 let eta = self.constant(format::quantize(eta, exp2(-31)))?;
                 ([near, far], eta, reach.high as f64 * lsb * exp2(-31))
             }
-            Ago::Computed { word, bits, .. } => {
+            Ago::Computed { word, bits, error } => {
                 let least = self.constant(format::quantize(
                     Delay::FRACTION_MIN,
                     exp2(-i32::from(bits)),
@@ -274,9 +277,12 @@ impl Lowerer<'_> {
                 let last = self.b.op(Op::Sub, &[whole, one])?;
                 let near = self.b.op(Op::DelayAt(line.line), &[last])?;
                 let far = self.b.op(Op::DelayAt(line.line), &[whole])?;
-                // Where the whole part changes the two engines may read different ticks.
-                let all = 2.0 * reach.high as f64 * lsb;
-                ([near, far], self.coefficient(part, bits)?, all)
+                let eta = self.coefficient(part, bits)?;
+                // As for a branch, both engines read the same ticks.
+                let off = eta.error + error * Delay::allpass_slope();
+                let width = line.range.high.max(-line.range.low) as f64 * line.lsb;
+                let most = width + reach.high as f64 * lsb;
+                ([near, far], eta.value, off * most)
             }
         };
         let [now, before] = [
@@ -295,7 +301,7 @@ impl Lowerer<'_> {
     }
 
     /// Coefficient of the allpass for a fraction of 0.3 and the part, in 31 bits.
-    fn coefficient(&mut self, part: Value, bits: u8) -> Result<Value, OpError> {
+    fn coefficient(&mut self, part: Value, bits: u8) -> Result<Real, OpError> {
         let shift = bits - ETA_CELLS;
         let cells = 1 << ETA_CELLS;
         let cell = self.b.op(Op::SarRound(shift), &[part])?;

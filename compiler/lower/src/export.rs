@@ -4,6 +4,7 @@ use super::delay::Fed;
 use super::format::{self, exp2};
 use super::origin;
 use super::real::{Real, Scale, power_of_two};
+use super::strand::LoweredStrand;
 use super::update::Update;
 use super::{Lowerer, OpError};
 use whippen_kernel::{Kernel, Op, Range, Value};
@@ -31,6 +32,8 @@ pub struct Lowered {
     pub updates: Vec<Update>,
     /// What is fed to the Model's delay lines, and what it rounds.
     pub fed: Vec<Fed>,
+    /// The Model's strings, what is proven of them, and what they round.
+    pub strands: Vec<LoweredStrand>,
     /// Cells of the Model's channels: what is heard, 2^30 for 1.
     pub channels: Vec<u32>,
     /// What instructions were made for: [`whippen_kernel::Inst::origin`] is an index.

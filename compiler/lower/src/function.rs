@@ -210,7 +210,7 @@ impl Lowerer<'_> {
         cell: Value,
         place: Value,
         cells: i64,
-    ) -> Result<Value, OpError> {
+    ) -> Result<Real, OpError> {
         let ends = [at(0.0), at((cells - 1) as f64)];
         let grid = Grid {
             at,
@@ -223,9 +223,7 @@ impl Lowerer<'_> {
             cells,
         };
         let unit = (exp2(-31), 0.0);
-        Ok(self
-            .interpolated("allpass", &grid, cell, Some(place), unit)?
-            .value)
+        self.interpolated("allpass", &grid, cell, Some(place), unit)
     }
 
     /// The polynomial of a cell at a place, in units of `lsb` or as much coarser as it needs.

@@ -53,10 +53,16 @@ fn gradient(
         Node::Abs(a) => either(&all[a], &scaled(a, -one)),
         Node::Power(a, halves) => scaled(a, bounded(range(a).slope_of_power(halves))),
         Node::Function(function, a) => scaled(a, bounded(function.slope(range(a)))),
+        Node::Mean(_, ref all) => all.iter().fold(Gradient::new(), |sum, x| {
+            added(sum, scaled(*x, Interval::around(STEEP)))
+        }),
+        Node::Spread(_, place) => scaled(place, Interval::around(STEEP)),
+        Node::Read(_, _, place) => scaled(place, Interval::around(STEEP)),
         Node::Tap(_, ticks) | Node::Tuned(_, ticks, _) => scaled(ticks, Interval::around(STEEP)),
         // What depends on no cell, and bools.
         Node::Noise(_)
         | Node::Const(_)
+        | Node::Grid(..)
         | Node::Sense(_)
         | Node::Slope(_)
         | Node::Curvature(_)

@@ -13,16 +13,18 @@ mod commit;
 mod friction;
 mod line;
 mod sense;
+mod strand;
 mod value;
 
 use crate::scales::{PortScales, Scales};
 use commit::RealWrites;
 use line::RealLine;
 use sense::SenseState;
+pub use strand::RealStrand;
 use whippen_ids::IdMap;
 use whippen_lang::model::{
     Action, CellId, DelayId, MachineId, Model, Node, NodeId, Noise, NoiseId, PulseId, RuleKind,
-    TunedId,
+    StrandId, TunedId,
 };
 
 /// What happened at an instant.
@@ -60,6 +62,8 @@ pub struct KeyState {
     pub noises: IdMap<NoiseId, u32>,
     /// Last value of every `tuned`.
     pub tuned: IdMap<TunedId, f64>,
+    /// Every string.
+    pub strands: IdMap<StrandId, RealStrand>,
 }
 
 /// A Model running on some keys.
@@ -90,6 +94,7 @@ impl<'m> Ideal<'m> {
             pulse_left: IdMap::filled(0, model.pulses.len()),
             noises: model.noises.iter().map(|noise| noise.first(0)).collect(),
             tuned: IdMap::filled(0.0, model.tuned.len()),
+            strands: model.strands.iter().map(RealStrand::new).collect(),
         };
         let of_key = |key: usize| KeyState {
             noises: model.noises.iter().map(|noise| noise.first(key)).collect(),
@@ -189,6 +194,7 @@ impl<'m> Ideal<'m> {
             }
         }
         writes.commit(model, state);
+        tick_strings(model, state, value);
         let lines = &mut self.lines[key];
         for (id, node) in model.dag.nodes() {
             if let Node::Tuned(_, _, own) = *node {
@@ -276,5 +282,19 @@ impl<'m> Ideal<'m> {
     /// What happened in the last tick, key after key, in the order of the text.
     pub fn occurrences(&self) -> &[Occurrence] {
         &self.occurrences
+    }
+}
+
+/// Moves the strings one tick on.
+fn tick_strings(model: &Model, state: &mut KeyState, value: impl Fn(NodeId) -> f64) {
+    for (id, strand) in model.strands.enumerated() {
+        let rub = strand.friction.as_ref().map(|rub| &rub.push);
+        let pushes = strand.pushes.iter().chain(rub);
+        let pushes: Vec<(f64, f64)> = pushes
+            .map(|push| (value(push.change), value(push.place)))
+            .collect();
+        let is_held = strand.hold.is_some_and(|held| value(held) != 0.0);
+        let coefficients = strand.coefficients.map(&value);
+        state.strands[id].tick(strand, model.rate_hz, coefficients, &pushes, is_held);
     }
 }

@@ -36,6 +36,7 @@ mod recurrence;
 mod rules;
 mod sense;
 mod sound;
+mod strand;
 mod units;
 mod update;
 mod values;
@@ -44,6 +45,7 @@ pub use delay::Fed;
 pub use export::{Export, ExportKind, Lowered, LoweredEvent, LoweredEventKind, LoweredLive};
 pub use paths::Path;
 pub use recurrence::OverTime;
+pub use strand::LoweredStrand;
 pub use update::{Update, Writer};
 
 use std::collections::HashMap;
@@ -99,6 +101,8 @@ struct Lowerer<'a> {
     lines: delay::Lines,
     /// Cells of noises.
     noises: IdMap<NoiseId, u32>,
+    /// Cells and words of strings.
+    strands: strand::Strands,
     /// Cells of channels.
     channels: Vec<u32>,
     /// Tables of functions, by what is in them.
@@ -129,6 +133,7 @@ impl<'a> Lowerer<'a> {
             cells: commit::Cells::default(),
             lines: delay::Lines::default(),
             noises: IdMap::new(),
+            strands: strand::Strands::default(),
             channels: Vec::new(),
             tables: HashMap::new(),
             lives: Vec::new(),
@@ -143,6 +148,7 @@ impl<'a> Lowerer<'a> {
         self.declare();
         self.declare_noises();
         self.declare_delays();
+        self.declare_strings();
         self.declare_channels();
         let events = self.declare_events();
         let model = &self.step.model;
@@ -161,6 +167,7 @@ impl<'a> Lowerer<'a> {
         recurrence::judge(self.step, self.ranges, &mut self.updates);
         let (events, clamps, origins) = (events.meanings, self.clamps, self.origins.list);
         let (updates, fed) = (self.updates, self.lines.fed);
+        let strands = self.strands.lowered;
         let mut kernel = self.b.finish();
         kernel::sweep(&mut kernel);
         Ok(Lowered {
@@ -172,6 +179,7 @@ impl<'a> Lowerer<'a> {
             clamps,
             updates,
             fed,
+            strands,
             channels: self.channels,
             origins,
         })
@@ -179,6 +187,7 @@ impl<'a> Lowerer<'a> {
 
     fn tick(&mut self, drives: &[u32], events: &rules::Events) -> Result<Vec<Export>, OpError> {
         self.tick_senses()?;
+        self.begin_strings()?;
         self.heard()?;
         for (number, &drive) in drives.iter().enumerate() {
             let word = self.drive_word(number)?;
@@ -190,12 +199,14 @@ impl<'a> Lowerer<'a> {
             Vec::new()
         };
         let fed = self.fed()?;
+        let strings = self.string_words()?;
         let mut writes = self.integrated()?;
         self.rules(events, &mut writes)?;
         self.commit(writes)?;
         self.keep_allpasses()?;
         self.stir_noises()?;
         self.feed(&fed)?;
+        self.tick_strings(&strings)?;
         self.tick_histories()?;
         Ok(exports)
     }

@@ -63,9 +63,10 @@ pub fn dead_bands<'u>(
         let paths = || update.paths.iter();
         let most = paths().filter_map(|path| added(step, ranges, update.cell, path));
         let most = most.fold(0.0, f64::max);
+        let followed = paths().map(|path| path.followed).fold(0.0, f64::max);
         let of = |path: &Path| {
             let own = path.gradient(&gradients).get(&update.cell).copied()?;
-            dead_band(path.error, own, most)
+            dead_band(path, own, most, followed)
         };
         let band = paths().filter_map(of);
         Some((update, band.max_by(|a, b| a.width.total_cmp(&b.width))?))
@@ -73,15 +74,21 @@ pub fn dead_bands<'u>(
     updates.iter().filter_map(widest).collect()
 }
 
-/// The dead band of what rounds by `error`, keeps the part `own` of itself, and adds as much as
-/// `added` to that; none where nothing rounds, or nothing is added.
-fn dead_band(error: f64, own: Interval, added: f64) -> Option<DeadBand> {
+/// The dead band of what rounds, keeps the part `own` of itself, and adds as much as `added` to
+/// that; none where nothing rounds, or nothing is added. What a lag follows may be wrong itself:
+/// then it goes elsewhere, but it gets there. The bound of the error is that of all ways together,
+/// so what is lost for sure is less than it by the most that one `followed`.
+fn dead_band(path: &Path, own: Interval, added: f64, followed: f64) -> Option<DeadBand> {
     let part = 1.0 - own.magnitude();
     let part = (part > 0.0).then_some(part);
-    (error > 0.0 && added > 0.0).then(|| DeadBand {
-        width: part.map_or(error, |part| error / part),
+    let (lost, sure) = match part {
+        Some(_) => (path.error - path.followed, path.error - followed),
+        None => (path.error, path.error),
+    };
+    (lost > 0.0 && added > 0.0).then(|| DeadBand {
+        width: part.map_or(lost, |part| lost / part),
         part,
-        excess: error * PARTS / added,
+        excess: sure * PARTS / added,
     })
 }
 
@@ -196,22 +203,44 @@ mod tests {
         }
     }
 
+    fn rounding(error: f64) -> Path {
+        Path {
+            constant: 0.0,
+            terms: std::collections::BTreeMap::new(),
+            error,
+            followed: 0.0,
+        }
+    }
+
+    #[test]
+    fn what_a_lag_follows_is_no_loss_of_its_own() {
+        let path = Path {
+            followed: 0.3,
+            ..rounding(0.5)
+        };
+        let band = dead_band(&path, slope(0.75), 100.0, 0.4).expect("it rounds");
+        assert!((band.width - 0.8).abs() < 1e-12);
+        assert!((band.excess - 0.1 * PARTS / 100.0).abs() < 1e-9);
+        let sum = dead_band(&path, slope(1.0), 100.0, 0.4).expect("it rounds");
+        assert_eq!(sum.width, 0.5);
+    }
+
     #[test]
     fn a_lag_stays_within_its_rounding_over_the_part_it_goes() {
-        let band = dead_band(0.5, slope(0.75), 100.0).expect("it rounds");
+        let band = dead_band(&rounding(0.5), slope(0.75), 100.0, 0.0).expect("it rounds");
         assert_eq!((band.width, band.part), (2.0, Some(0.25)));
         assert_eq!(band.excess, 0.5 * PARTS / 100.0);
     }
 
     #[test]
     fn what_adds_up_misses_what_is_less_than_its_rounding() {
-        let band = dead_band(0.5, slope(1.0), 100.0).expect("it rounds");
+        let band = dead_band(&rounding(0.5), slope(1.0), 100.0, 0.0).expect("it rounds");
         assert_eq!((band.width, band.part), (0.5, None));
     }
 
     #[test]
     fn what_does_not_round_or_adds_nothing_has_none() {
-        assert_eq!(dead_band(0.0, slope(1.0), 1.0), None);
-        assert_eq!(dead_band(0.5, slope(1.0), 0.0), None);
+        assert_eq!(dead_band(&rounding(0.0), slope(1.0), 1.0, 0.0), None);
+        assert_eq!(dead_band(&rounding(0.5), slope(1.0), 0.0, 0.0), None);
     }
 }

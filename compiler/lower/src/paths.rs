@@ -29,6 +29,8 @@ pub struct Path {
     pub terms: BTreeMap<NodeId, f64>,
     /// Bound on what roundings make of it (SI).
     pub error: f64,
+    /// Of that, what the errors of this tick's values make that know nothing of the cell (SI).
+    pub followed: f64,
 }
 
 impl Path {
@@ -75,6 +77,7 @@ fn forms(dag: &Dag, value: NodeId, error: f64) -> Vec<Path> {
         constant: 0.0,
         terms,
         error,
+        followed: 0.0,
     };
     let mut open = vec![whole(BTreeMap::from([(value, 1.0)]))];
     let mut found = Vec::new();

@@ -148,11 +148,14 @@ fn over_time(
     cells.ids().map(judged).collect()
 }
 
-/// By node: whether it is made of what delay lines give.
+/// By node: whether it is made of what delay lines and strings give.
 fn from_lines(step: &Step) -> IdMap<NodeId, bool> {
     let mut all: IdMap<NodeId, bool> = IdMap::new();
     for (_, node) in step.model.dag.nodes() {
-        let is_line = matches!(node, Node::Tap(..) | Node::Tuned(..));
+        let is_line = matches!(
+            node,
+            Node::Tap(..) | Node::Tuned(..) | Node::Read(..) | Node::Mean(..)
+        );
         all.push(is_line || node.operands().iter().any(|x| all[x]));
     }
     all

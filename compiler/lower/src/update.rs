@@ -6,7 +6,7 @@ use super::paths::{self, Path};
 use super::recurrence::OverTime;
 use crate::simplify::Step;
 use whippen_ids::IdMap;
-use whippen_lang::model::{Action, CellId, CellKind, Model, Node, NodeId};
+use whippen_lang::model::{Action, CellId, CellKind, Dag, Model, Node, NodeId};
 use whippen_source::Span;
 
 /// What writes a cell.
@@ -64,7 +64,10 @@ impl Lowerer<'_> {
         let missed = (end(range.low) - declared.low).abs();
         let missed = missed.max((end(range.high) - declared.high).abs());
         let units = |cell| self.units.scale_of_cell(cell);
-        let paths = paths::paths(&self.step.model.dag, units, cell, value, kept.error);
+        let mut paths = paths::paths(&self.step.model.dag, units, cell, value, kept.error);
+        for path in &mut paths {
+            path.followed = self.followed(path, cell);
+        }
         self.updates.push(Update {
             cell,
             writer,
@@ -77,6 +80,29 @@ impl Lowerer<'_> {
             over_time: OverTime::Exact,
         });
     }
+
+    /// What the errors of the values come to that are added to a cell and know nothing of it.
+    fn followed(&self, path: &Path, cell: CellId) -> f64 {
+        let error = |(x, c): (&NodeId, &f64)| match knows(&self.step.model.dag, *x, cell) {
+            true => 0.0,
+            false => c.abs() * self.reals.get(x).map_or(0.0, |real| real.error),
+        };
+        path.terms.iter().map(error).sum()
+    }
+}
+
+/// Whether a value is made of a cell.
+fn knows(dag: &Dag, value: NodeId, cell: CellId) -> bool {
+    let (mut open, mut seen) = (vec![value], IdMap::filled(false, dag.len()));
+    while let Some(node) = open.pop() {
+        if *dag.get(node) == Node::Cell(cell) {
+            return true;
+        }
+        if !std::mem::replace(&mut seen[node], true) {
+            open.extend(dag.get(node).operands());
+        }
+    }
+    false
 }
 
 /// Sums that `next` and actions add up in a `state`: of its own value and what is added to it,

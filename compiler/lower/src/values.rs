@@ -80,6 +80,14 @@ impl Lowerer<'_> {
             Node::Noise(n) => self.noise(n),
             Node::Tap(delay, ticks) => self.tap(delay, ticks),
             Node::Tuned(delay, ticks, own) => self.tuned(delay, ticks, own),
+            Node::Read(strand, reading, place) => self.read_string(strand, reading, place),
+            // Where a string is rubbed it has been ticked already.
+            Node::Mean(strand, _) => self.mean_of_string(strand),
+            Node::Spread(strand, place) => self.spread_of_string(strand, place),
+            Node::Grid(strand, number) => {
+                let value = self.step.model.strands[strand].number(number);
+                self.constant_real(value, Scale::plain(lsb))
+            }
             Node::Linear(c0, ref terms) => {
                 let terms: Vec<Term> = terms
                     .iter()

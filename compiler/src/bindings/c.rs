@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::{Holds, Interface, PortInterface, number, unit_name};
+use whippen_isa::Arch;
 
 /// A header for C99 and C++.
 pub fn c_header(own: &Interface) -> String {
@@ -29,6 +30,7 @@ pub fn c_header(own: &Interface) -> String {
             None => own.state_bytes.to_string(),
         },
     );
+    refuse_older_cores(&mut text, own);
     ports(&mut text, &big, "INPUT", &own.inputs.1);
     ports(&mut text, &big, "OUTPUT", &own.outputs.1);
     live_constants(&mut text, &big, own);
@@ -45,6 +47,24 @@ pub fn c_header(own: &Interface) -> String {
     reader(&mut text, &big, own);
     text += "#ifdef __cplusplus\n}\n#endif\n\n#endif\n";
     text
+}
+
+/// Linkers join code for different cores in silence, so the header asks for which one it is
+/// compiled (ACLE, `__ARM_ARCH` and `__ARM_FEATURE_DSP`).
+fn refuse_older_cores(text: &mut String, own: &Interface) {
+    let (needed, core) = match own.arch {
+        None | Some(Arch::V6M) => return,
+        Some(Arch::V7EM) => ("__ARM_ARCH < 7 || !defined(__ARM_FEATURE_DSP)", "Cortex-M4"),
+        Some(Arch::V8M) => (
+            "__ARM_ARCH < 8 || !defined(__ARM_FEATURE_DSP)",
+            "Cortex-M33",
+        ),
+    };
+    let _ = writeln!(
+        text,
+        "\n#if defined(__arm__) && ({needed})\n#error \"{} holds code for a {core}: compile with its -mcpu, or build for another board\"\n#endif",
+        own.name
+    );
 }
 
 fn ports(text: &mut String, big: &str, kind: &str, ports: &[PortInterface]) {
@@ -71,14 +91,18 @@ fn ports(text: &mut String, big: &str, kind: &str, ports: &[PortInterface]) {
 fn live_constants(text: &mut String, big: &str, own: &Interface) {
     for live in &own.lives {
         let name = live.name.to_uppercase();
-        let unit = if live.unit.is_empty() {
-            "a bool".to_string()
-        } else {
-            format!("in {}", live.unit)
+        let Some(unit) = &live.unit else {
+            let _ = writeln!(
+                text,
+                "\n/* Live value `{}`, a switch. */\n#define {big}_{name}_INIT {}",
+                live.name,
+                live.init != 0
+            );
+            continue;
         };
         let _ = writeln!(
             text,
-            "\n/* Live value `{}`, {unit}: value = integer / 2^{} */\n\
+            "\n/* Live value `{}`, in {unit}: value = integer / 2^{} */\n\
              #define {big}_{name}_MIN {}\n#define {big}_{name}_MAX {}\n#define {big}_{name}_INIT {}\n\
              #define {big}_{name}_FRACTION_BITS {}",
             live.name,
@@ -106,7 +130,7 @@ fn event_constants(text: &mut String, big: &str, own: &Interface) {
                 "/* args[{index}] is `{}` in {}: value = integer / 2^{bits} */\n#define {big}_{name}_{arg_name} {index}\n\
                  #define {big}_{name}_{arg_name}_FRACTION_BITS {bits}",
                 arg.name,
-                if arg.unit.is_empty() { "1" } else { &arg.unit },
+                arg.unit,
                 bits = arg.fraction_bits
             );
         }
@@ -172,6 +196,15 @@ fn setters(text: &mut String, big: &str, own: &Interface) {
     let name = &own.name;
     for live in &own.lives {
         let (field, upper) = (&live.name, live.name.to_uppercase());
+        if live.unit.is_none() {
+            let _ = writeln!(
+                text,
+                "/* Sets `{field}` from the next tick on. */\n\
+                 static inline void {name}_set_{field}(struct {name}_state *state, bool value)\n{{\n\
+                 \x20   state->live_{field} = value;\n}}\n"
+            );
+            continue;
+        }
         let _ = writeln!(
             text,
             "/* Sets `{field}` from the next tick on; false, and nothing is changed, if it is out of range. */\n\

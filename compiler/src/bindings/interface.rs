@@ -1,10 +1,13 @@
 //! The interface of a compiled instrument: names, units and scales from its Model, offsets from its
 //! code.
 
+use std::collections::BTreeSet;
+
 use super::{Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring};
 use crate::pipeline::Compiled;
 use whippen_arm::thumb::{StateLayout, event_ring};
 use whippen_c99::{component, spelled};
+use whippen_isa::Arch;
 use whippen_kernel::Verified;
 use whippen_lang::model::EmissionId;
 use whippen_lang::units::Dim;
@@ -13,7 +16,13 @@ use whippen_lower::LoweredEventKind;
 impl Interface {
     /// What who calls the machine code of `compiled` must know: it was built under this name, for
     /// so many keys, with this layout.
-    pub fn of(compiled: &Compiled, name: &str, keys: u32, layout: &StateLayout) -> Interface {
+    pub fn of(
+        compiled: &Compiled,
+        name: &str,
+        keys: u32,
+        layout: &StateLayout,
+        arch: Arch,
+    ) -> Interface {
         let most = event_ring(&compiled.lowered.kernel, keys).map_or(0, |(_, most)| most);
         let ring = layout.events().map(|ring| Ring {
             at: ring.start,
@@ -29,7 +38,10 @@ impl Interface {
             ring,
             state_bytes: layout.size(),
         };
-        Interface::at(compiled, name, keys, places)
+        Interface {
+            arch: Some(arch),
+            ..Interface::at(compiled, name, keys, places)
+        }
     }
 
     /// What who calls C text of `compiled` must know, and the kernel in it.
@@ -78,6 +90,9 @@ impl Interface {
         let driven = model.drives().into_iter().zip(names(&kernel.outputs));
         let driven = driven.map(output).collect();
         let [inputs, outputs] = places.rows;
+        let lives = lives(compiled, &places.lives);
+        let mut events = events(compiled);
+        tell_apart(&mut events, &lives);
         Interface {
             name: name.to_string(),
             keys,
@@ -87,9 +102,10 @@ impl Interface {
             inputs: (inputs, sensed),
             outputs: (outputs, driven),
             row_words: row_words(compiled),
-            lives: lives(compiled, &places.lives),
-            events: events(compiled),
+            lives,
+            events,
             ring: places.ring,
+            arch: None,
             component: None,
         }
     }
@@ -131,7 +147,7 @@ fn lives(compiled: &Compiled, places: &[u32]) -> Vec<LiveInterface> {
             range: (live.range.low as i32, live.range.high as i32),
             init: live.init,
             fraction_bits: fraction_bits(meaning.lsb),
-            unit: model.dim.map_or_else(String::new, unit),
+            unit: model.dim.map(unit),
         })
     };
     parts.filter_map(live).collect()
@@ -170,10 +186,46 @@ fn events(compiled: &Compiled) -> Vec<EventInterface> {
         .collect()
 }
 
-/// The unit as a program would write it; nothing for a plain number.
+/// Gives arguments other names where a constant would have the name of another: that of argument
+/// `min` of event `k` and that of the least value of `k`, of `a_b` in `c` and of `b` in `c_a`.
+fn tell_apart(events: &mut [EventInterface], lives: &[LiveInterface]) {
+    let of_live = |live: &LiveInterface| {
+        ["min", "max", "init", "fraction_bits"]
+            .map(|what| format!("{}_{what}", live.name.to_lowercase()))
+    };
+    let mut taken: BTreeSet<String> = lives.iter().flat_map(of_live).collect();
+    taken.extend(
+        events
+            .iter()
+            .map(|event| format!("event_{}", event.name.to_lowercase())),
+    );
+    for event in events {
+        for index in 0..event.args.len() {
+            let wanted = event.args[index].name.clone();
+            let constants = |name: &str| {
+                let constant = format!("{}_{name}", event.name).to_lowercase();
+                [format!("{constant}_fraction_bits"), constant]
+            };
+            let is_free = |name: &String| {
+                let own = |other: &Argument| other.name.eq_ignore_ascii_case(name);
+                !constants(name).iter().any(|c| taken.contains(c))
+                    && !event.args[..index].iter().any(own)
+            };
+            let numbered = (1..).map(|number| format!("{wanted}_{number}"));
+            let free = std::iter::once(wanted.clone())
+                .chain(numbered)
+                .find(is_free);
+            let name = free.unwrap_or(wanted);
+            taken.extend(constants(&name));
+            event.args[index].name = name;
+        }
+    }
+}
+
+/// The unit as a program would write it; `1` for a plain number.
 fn unit(dim: Dim) -> String {
     if dim == Dim::NUMBER {
-        String::new()
+        "1".to_string()
     } else {
         dim.unit()
     }
@@ -187,15 +239,18 @@ fn fraction_bits(lsb: f64) -> i32 {
 
 /// Names that C and Rust can spell, each once also in capitals.
 fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let all_wanted: Vec<String> = names.map(spelled).collect();
+    let is_in = |all: &[String], name: &String| all.iter().any(|n| n.eq_ignore_ascii_case(name));
     let mut all: Vec<String> = Vec::new();
-    for (index, name) in names.enumerate() {
-        let wanted = spelled(name);
-        let taken = all.iter().any(|other| other.eq_ignore_ascii_case(&wanted));
-        all.push(if taken {
-            format!("{wanted}_{index}")
-        } else {
-            wanted
-        });
+    for wanted in &all_wanted {
+        let taken = |name: &String| is_in(&all, name);
+        let numbered = (1..)
+            .map(|number| format!("{wanted}_{number}"))
+            .filter(|name| !is_in(&all_wanted, name));
+        let free = std::iter::once(wanted.clone())
+            .chain(numbered)
+            .find(|name| !taken(name));
+        all.extend(free);
     }
     all
 }

@@ -23,7 +23,7 @@ pub fn rust_module(own: &Interface) -> String {
          //!\n\
          //! Put this tick's sensor words into `inputs`, call `init` once and `tick` in every tick, and take the drive words\n\
          //! out of `outputs`. Link with the object file, or the compiled C, that came with this module.\n\
-         #![allow(dead_code)]\n\n\
+         #![allow(dead_code, non_snake_case)]\n\n\
          use core::ptr::{{addr_of, addr_of_mut}};\n\n\
          /// Keys.\npub const KEYS: usize = {keys};\n\
          /// The number of the first key, from which events count.\npub const FIRST_KEY: u16 = {first_key};\n\
@@ -88,10 +88,14 @@ fn lives(text: &mut String, own: &Interface) {
             fixed(live.fraction_bits),
             live.fraction_bits,
         );
-        let unit = if live.unit.is_empty() {
-            "a bool".to_string()
-        } else {
-            format!("in {}", live.unit)
+        let Some(unit) = &live.unit else {
+            let _ = writeln!(
+                text,
+                "\n/// First value of `{}`, a switch.\npub const {name}_INIT: bool = {};",
+                live.name,
+                live.init != 0
+            );
+            continue;
         };
         for (what, which, value) in [
             ("Smallest", "MIN", live.range.0),
@@ -100,7 +104,7 @@ fn lives(text: &mut String, own: &Interface) {
         ] {
             let _ = writeln!(
                 text,
-                "\n/// {what} value of `{}`, {unit}.\npub const {name}_{which}: {ty} = {};",
+                "\n/// {what} value of `{}`, in {unit}.\npub const {name}_{which}: {ty} = {};",
                 live.name,
                 bits(value, f)
             );
@@ -113,6 +117,7 @@ fn events(text: &mut String, own: &Interface) {
     if own.ring.is_none() {
         return;
     }
+    let mut readers = String::new();
     for (number, event) in own.events.iter().enumerate() {
         let name = event.name.to_uppercase();
         let _ = writeln!(
@@ -123,17 +128,14 @@ fn events(text: &mut String, own: &Interface) {
         for (index, arg) in event.args.iter().enumerate() {
             let (arg_name, ty) = (arg.name.to_uppercase(), fixed(arg.fraction_bits));
             let read = if ty == "i32" {
-                format!("event.args[{index}]")
+                format!("self.args[{index}]")
             } else {
-                format!(
-                    "{}::from_bits(event.args[{index}])",
-                    path(arg.fraction_bits)
-                )
+                format!("{}::from_bits(self.args[{index}])", path(arg.fraction_bits))
             };
             let _ = writeln!(
-                text,
-                "\n/// `{}` of an event `{}`, in {}: argument {index}.\n\
-                 pub fn {}_{}(event: &Event) -> {ty} {{\n    {read}\n}}",
+                readers,
+                "    /// `{}` of an event `{}`, in {}: argument {index}.\n\
+                 \x20   pub fn {}_{}(&self) -> {ty} {{\n        {read}\n    }}",
                 arg.name,
                 event.name,
                 arg.unit,
@@ -148,6 +150,9 @@ fn events(text: &mut String, own: &Interface) {
          \x20   /// The tick, counted from 0.\n    pub tick: u32,\n    /// The key.\n    pub key: u16,\n\
          \x20   /// What: `EVENT_..`.\n    pub event: u16,\n    /// Its arguments.\n    pub args: [i32; {args}],\n}}"
     );
+    if !readers.is_empty() {
+        let _ = writeln!(text, "\nimpl Event {{\n{readers}}}");
+    }
 }
 
 fn state(text: &mut String, own: &Interface) {
@@ -201,6 +206,16 @@ fn functions(text: &mut String, own: &Interface) {
          /// A live value that was not set: it is out of its range.\n#[derive(Debug, Clone, Copy, PartialEq, Eq)]\npub struct OutOfRange;\n"
     );
     for live in &own.lives {
+        if live.unit.is_none() {
+            let _ = writeln!(
+                text,
+                "/// Sets `{field}` from the next tick on.\n///\n/// # Safety\n/// `state` points to the state.\n\
+                 pub unsafe fn set_{field}(state: *mut State, value: bool) {{\n\
+                 \x20   unsafe {{ addr_of_mut!((*state).live_{field}).write_volatile(i32::from(value)) }};\n}}\n",
+                field = live.name
+            );
+            continue;
+        }
         let (ty, upper, field) = (
             fixed(live.fraction_bits),
             live.name.to_uppercase(),

@@ -68,8 +68,8 @@ pub struct Law {
 
 impl Law {
     /// The law of an instrument; `None` where its ranges cannot be bounded, which compiling it
-    /// reports, and where a force depends on a friction: that sticks or slips, and has no slope
-    /// in between.
+    /// reports, where a force depends on a friction, that sticks or slips and has no slope in
+    /// between, and where it depends on a string, that has more modes than are looked at.
     pub fn of(model: &Model) -> Option<Law> {
         let mut model = model.clone();
         let deciders = add_deciders(&mut model);
@@ -84,12 +84,15 @@ impl Law {
         };
         law.find_cells();
         law.nodes = law.below(&law.roots());
-        (!law.is_rubbed()).then_some(law)
+        (!law.is_rubbed_or_strung()).then_some(law)
     }
 
-    /// Whether a force depends on a friction, through what moves a body too.
-    fn is_rubbed(&self) -> bool {
-        let slips = |node: &NodeId| matches!(self.model.dag.get(*node), Node::Slip(_));
+    /// Whether a force depends on a friction, through what moves a body too, or on a string.
+    fn is_rubbed_or_strung(&self) -> bool {
+        let slips = |node: &NodeId| {
+            let node = self.model.dag.get(*node);
+            matches!(node, Node::Slip(_) | Node::Read(..) | Node::Mean(..))
+        };
         let moves = |body: &&Body| self.cells.contains(&body.rate);
         let mut moved = self.model.bodies.iter().filter(moves);
         moved.any(|body| body.friction.is_some()) || self.nodes.iter().any(slips)

@@ -95,7 +95,7 @@ fn an_unhandled_fault_stops_with_its_reason() {
     );
     assert_eq!(
         text(&[0xee00, 0x0410], 0),
-        "UsageFault: coprocessor absent or disabled at 0x20000000"
+        "UsageFault: coprocessor absent or disabled (floating point: CP10 and CP11 in CPACR) at 0x20000000"
     );
 }
 

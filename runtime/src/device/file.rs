@@ -258,6 +258,8 @@ stop_damping = "20 N*s/m"
     fn the_page_has_every_key_and_a_file_that_can_be_read() {
         let page = include_str!("../../../docs/how-to/device.md");
         for (key, _) in KEYS {
+            // Tables of ports have the keys of those for one.
+            let key = key.trim_start_matches("port.*.");
             assert!(page.contains(&format!("`{key}`")), "{key}");
         }
         let (_, rest) = page.split_once("```toml\n").expect("an example");

@@ -1,6 +1,6 @@
 //! A drawing: shapes in the order in which they are painted, in points from the upper left corner.
 //!
-//! Panels add shapes; `svg` and `png` put the same list on paper. Three kinds of shapes are enough.
+//! Panels add shapes; `svg` and `png` put the same list on paper. Four kinds of shapes are enough.
 
 /// A place: right, down.
 pub type Point = (f64, f64);
@@ -37,6 +37,17 @@ pub enum Shape {
         points: Vec<Point>,
         /// Its colour.
         colour: Colour,
+    },
+    /// A picture, stretched to its place.
+    Image {
+        /// Its upper left corner.
+        at: Point,
+        /// Its width and height on the page.
+        size: Point,
+        /// Its pixels, row by row.
+        pixels: Vec<Colour>,
+        /// Pixels of a row.
+        columns: usize,
     },
     /// One line of text.
     Text {
@@ -76,6 +87,16 @@ impl Drawing {
                 width,
             }),
         }
+    }
+
+    /// Adds a picture by its upper left corner and its size on the page.
+    pub fn image(&mut self, at: Point, size: Point, pixels: Vec<Colour>, columns: usize) {
+        self.shapes.push(Shape::Image {
+            at,
+            size,
+            pixels,
+            columns,
+        });
     }
 
     /// Adds a filled rectangle by its upper left and lower right corners.

@@ -3,7 +3,8 @@
 use super::drawing::{Anchor, Drawing};
 use super::frame::{BLACK, LEFT, WIDTH, abscissa};
 use super::time::Clock;
-use super::{Figure, Machine, Series, bands, path, time};
+use super::{Figure, Machine, Series, bands, path, spectrum, time};
+use crate::spectrogram::Spectrogram;
 
 /// Room for the title.
 const TITLE: f64 = 40.0;
@@ -30,7 +31,13 @@ pub fn draw(figure: &Figure) -> Drawing {
     let force = figure.total.as_ref().or(figure.forces.first());
     if let (Some(travel), Some(force)) = (&figure.travel, force) {
         let top = bottom + GAP;
-        path::draw(&mut page, (top, 280.0), &clock, travel, force);
+        path::draw(
+            &mut page,
+            (top, 280.0),
+            &clock,
+            (travel, force),
+            &figure.places,
+        );
         bottom = top + 280.0 + LABELS;
     }
     page.height = (bottom + 10.0).ceil();
@@ -72,6 +79,7 @@ enum Panel<'a> {
     Travel(&'a Series<'a>),
     Forces(&'a [Series<'a>], Option<&'a Series<'a>>),
     Coordinates(Vec<&'a Series<'a>>),
+    Spectrum(&'a Spectrogram),
     States(&'a [Machine<'a>]),
 }
 
@@ -83,6 +91,7 @@ impl Panel<'_> {
                 time::height(terms.len() + usize::from(total.is_some()), 200.0)
             }
             Panel::Coordinates(series) => time::height(series.len(), 150.0),
+            Panel::Spectrum(_) => 180.0,
             Panel::States(machines) => bands::height(machines),
         }
     }
@@ -93,6 +102,7 @@ impl Panel<'_> {
             Panel::Travel(series) => time::travel(page, clock, place, series),
             Panel::Forces(terms, total) => time::forces(page, clock, place, terms, *total),
             Panel::Coordinates(series) => time::coordinates(page, clock, place, series),
+            Panel::Spectrum(of) => spectrum::draw(page, clock, place, of),
             Panel::States(machines) => bands::draw(page, clock, top, machines),
         }
     }
@@ -106,11 +116,13 @@ fn panels<'a>(figure: &'a Figure) -> Vec<Panel<'a>> {
     let coordinates = by_unit(&figure.coordinates)
         .into_iter()
         .map(Panel::Coordinates);
+    let spectra = figure.spectrograms.iter().map(|of| Panel::Spectrum(of));
     let states = (!figure.machines.is_empty()).then_some(Panel::States(&figure.machines));
     travel
         .into_iter()
         .chain(forces)
         .chain(coordinates)
+        .chain(spectra)
         .chain(states)
         .collect()
 }

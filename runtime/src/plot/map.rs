@@ -1,11 +1,14 @@
 //! A map: lines and points over two quantities, with a legend.
 
+use std::path::Path;
+
 use super::axis::Axis;
 use super::drawing::{Anchor, Drawing};
 use super::frame::{
     BLACK, HEADING, LEFT, RIGHT, WIDTH, abscissa, legend, level_grid, line_colour, upright_grid,
 };
-use super::{png, svg};
+use super::{png, save_drawing, svg};
+use crate::files::FileError;
 
 /// Height of the field.
 const HEIGHT: f64 = 400.0;
@@ -32,7 +35,9 @@ pub struct Map {
     pub abscissa: String,
     /// Name and unit of what grows upwards.
     pub ordinate: String,
-    /// Both axes begin at 0 and end here.
+    /// Where both axes begin, usually at 0.
+    pub starts: (f64, f64),
+    /// Where they end.
     pub ends: (f64, f64),
     /// What is drawn; the first at the bottom. What lies beyond the ends is left out.
     pub curves: Vec<Curve>,
@@ -53,13 +58,16 @@ impl Map {
             BLACK,
             self.title.as_str(),
         );
-        let x = Axis::exact(0.0, self.ends.0, LEFT, RIGHT);
-        let y = Axis::exact(0.0, self.ends.1, bottom, TOP);
+        let x = Axis::exact(self.starts.0, self.ends.0, LEFT, RIGHT);
+        let y = Axis::exact(self.starts.1, self.ends.1, bottom, TOP);
         upright_grid(&mut page, &x, TOP, bottom);
         level_grid(&mut page, &y, TOP, self.ordinate.clone());
         for (number, curve) in self.curves.iter().enumerate() {
             let colour = line_colour(number);
-            let inside = |p: &&(f64, f64)| p.0 <= self.ends.0 && (0.0..=self.ends.1).contains(&p.1);
+            let inside = |p: &&(f64, f64)| {
+                let (start, end) = (self.starts, self.ends);
+                (start.0..=end.0).contains(&p.0) && (start.1..=end.1).contains(&p.1)
+            };
             let places = curve
                 .points
                 .iter()
@@ -76,6 +84,14 @@ impl Map {
         }
         abscissa(&mut page, &x, bottom, self.abscissa.clone());
         page
+    }
+
+    /// Writes the map to a file whose name ends in `.svg` or `.png`.
+    ///
+    /// # Errors
+    /// The name ends otherwise, or the file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), FileError> {
+        save_drawing(&self.draw(), path)
     }
 
     /// The map as an SVG document.

@@ -1,14 +1,14 @@
 //! The panel of force over travel: pressing and returning in two colours.
 
-use super::Series;
 use super::axis::Axis;
 use super::decimate::path;
-use super::drawing::{Colour, Drawing};
+use super::drawing::{Anchor, Colour, Drawing};
 use super::frame::{
-    GREY, LEADING, LEFT, RIGHT, abscissa, felt, heading, legend, level_grid, moved, shown,
-    upright_grid,
+    DARK, GREY, LEADING, LEFT, MARK, RIGHT, TEXT, abscissa, felt, heading, legend, level_grid,
+    moved, shown, upright_grid,
 };
 use super::time::Clock;
+use super::{Place, Series};
 
 /// Turns smaller than this part of the whole travel are taken for noise.
 const TURN: f64 = 0.02;
@@ -23,8 +23,8 @@ pub fn draw(
     page: &mut Drawing,
     (top, height): (f64, f64),
     clock: &Clock,
-    travel: &Series,
-    force: &Series,
+    (travel, force): (&Series, &Series),
+    places: &[Place],
 ) {
     let is_whole = travel.record.values().is_some();
     let seconds = (!is_whole).then(|| travel.record.head().len() as f64 / clock.rate_hz);
@@ -34,6 +34,18 @@ pub fn draw(
     let y = Axis::around([force.record].into_iter(), bottom, top).in_units(y_factor);
     upright_grid(page, &x, top, bottom);
     level_grid(page, &y, top, heading(&over(force.unit, seconds), &y_unit));
+    for (number, place) in places.iter().enumerate() {
+        // Neighbours are labelled in three rows.
+        let (at, row) = (x.place(place.at), 10.0 + LEADING * (number % 3) as f64);
+        page.line(vec![(at, top), (at, bottom)], MARK, 0.8);
+        page.text(
+            (at + 3.0, top + row),
+            Anchor::Start,
+            TEXT,
+            DARK,
+            place.label.as_str(),
+        );
+    }
     let (ways, pushes) = (travel.record.head(), force.record.head());
     let turns = turns(ways);
     for (downward, colour) in [(true, PRESS), (false, RETURN)] {

@@ -1,7 +1,8 @@
 //! A drawing as PNG: two pixels per point, smooth edges, text from outlines.
 
 use tiny_skia::{
-    Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform,
+    Color, ColorU8, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint,
+    Stroke, Transform,
 };
 
 use super::drawing::{Anchor, Colour, Drawing, Point, Shape};
@@ -45,6 +46,23 @@ fn paint_shape(page: &mut Pixmap, shape: &Shape) {
                 page.fill_path(&path, &ink(*colour), FillRule::Winding, scale, None);
             }
         }
+        Shape::Image {
+            at,
+            size,
+            pixels,
+            columns,
+        } => {
+            if let Some(picture) = picture(pixels, *columns) {
+                let stretched = [
+                    size.0 / f64::from(picture.width()),
+                    size.1 / f64::from(picture.height()),
+                ];
+                let place = scale
+                    .pre_translate(at.0 as f32, at.1 as f32)
+                    .pre_scale(stretched[0] as f32, stretched[1] as f32);
+                page.draw_pixmap(0, 0, picture.as_ref(), &PixmapPaint::default(), place, None);
+            }
+        }
         Shape::Text {
             at,
             text,
@@ -64,6 +82,17 @@ fn paint_shape(page: &mut Pixmap, shape: &Shape) {
             }
         }
     }
+}
+
+/// Pixels as a picture; `None` if there are none.
+pub fn picture(pixels: &[Colour], columns: usize) -> Option<Pixmap> {
+    let rows = pixels.len().checked_div(columns)?;
+    let mut picture = Pixmap::new(columns as u32, rows as u32)?;
+    for (pixel, colour) in picture.pixels_mut().iter_mut().zip(pixels) {
+        let [_, red, green, blue] = colour.to_be_bytes();
+        *pixel = ColorU8::from_rgba(red, green, blue, 255).premultiply();
+    }
+    Some(picture)
 }
 
 fn ink(colour: Colour) -> Paint<'static> {

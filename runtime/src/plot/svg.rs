@@ -3,7 +3,11 @@
 
 use std::fmt::Write;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
 use super::drawing::{Anchor, Drawing, Point, Shape};
+use super::png;
 
 /// The document.
 pub fn print(drawing: &Drawing) -> String {
@@ -59,6 +63,21 @@ fn print_shapes(out: &mut String, shapes: &[Shape]) {
                 out,
                 "<path d=\"{}z\" fill=\"#{colour:06x}\"/>",
                 path(points)
+            );
+        }
+        Shape::Image {
+            at,
+            size,
+            pixels,
+            columns,
+        } => {
+            let picture = png::picture(pixels, *columns).and_then(|p| p.encode_png().ok());
+            let data = STANDARD.encode(picture.unwrap_or_default());
+            let [x, y, width, height] = [at.0, at.1, size.0, size.1].map(number);
+            let _ = writeln!(
+                out,
+                "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" \
+                 href=\"data:image/png;base64,{data}\"/>"
             );
         }
         Shape::Text {

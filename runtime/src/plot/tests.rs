@@ -98,6 +98,7 @@ fn hammer_trace(travel_m: Vec<f64>) -> Trace {
         start_s: 0.0,
         columns,
         events,
+        ..Trace::default()
     }
 }
 
@@ -280,4 +281,77 @@ fn figures_are_saved_by_the_end_of_their_names() {
     let error = save(&figure, &dir.path().join("f.pdf")).unwrap_err();
     assert_eq!(error.message, "a figure's name ends in `.svg` or `.png`");
     save(&figure, &dir.path().join("F.SVG")).unwrap();
+}
+
+#[test]
+fn what_a_sound_is_made_of_stands_by_frequency_and_level() {
+    for (amplitude, levels) in [
+        (0.5, ["0 dB", "\u{2212}20 dB", "\u{2212}80 dB"]),
+        (0.0, ["\u{2212}60 dB", "\u{2212}80 dB", "\u{2212}140 dB"]),
+    ] {
+        let mut spectrogram = crate::spectrogram::Spectrogram::new("out", RATE_HZ);
+        for tick in 0..RATE_HZ {
+            let turns = 440.0 * f64::from(tick) / f64::from(RATE_HZ);
+            spectrogram.push(amplitude * libm::sin(std::f64::consts::TAU * turns));
+        }
+        spectrogram.finish();
+        let trace = Trace {
+            rate_hz: RATE_HZ,
+            columns: vec![Column {
+                heading: Heading {
+                    name: "x".into(),
+                    unit: "m".into(),
+                    labels: Vec::new(),
+                    step: None,
+                },
+                record: vec![0.0; RATE_HZ as usize].into(),
+            }],
+            spectrograms: vec![spectrogram],
+            ..Trace::default()
+        };
+        let drawing = layout::draw(&Figure::of(&trace, &Roles::default()));
+        let texts: Vec<&str> = drawing
+            .shapes
+            .iter()
+            .filter_map(|shape| match shape {
+                drawing::Shape::Text { text, .. } => Some(text.as_str()),
+                _ => None,
+            })
+            .collect();
+        for text in ["out: spectrum (Hz)", "50", "440", "1000", "20000"] {
+            assert_eq!(texts.contains(&text), text != "440", "{text}: {texts:?}");
+        }
+        assert!(
+            levels.iter().all(|level| texts.contains(level)),
+            "{texts:?}"
+        );
+        let image = drawing.shapes.iter().find_map(|shape| match shape {
+            drawing::Shape::Image {
+                pixels, columns, ..
+            } => Some((pixels, *columns)),
+            _ => None,
+        });
+        let (pixels, columns) = image.expect("a picture");
+        // Row by row from the top: the darkest of the middle column is the sine's band.
+        let column = pixels.iter().skip(columns / 2).step_by(columns);
+        let darkness = |pixel: &u32| {
+            3 * 255
+                - pixel
+                    .to_be_bytes()
+                    .iter()
+                    .map(|b| u32::from(*b))
+                    .sum::<u32>()
+        };
+        let dark: Vec<u32> = column.map(darkness).collect();
+        let most = dark.iter().max().copied();
+        let row = dark
+            .iter()
+            .position(|d| Some(*d) == most)
+            .map(|row| dark.len() - 1 - row);
+        match amplitude {
+            // 48 semitones above the lowest A.
+            0.5 => assert_eq!(row, Some(48)),
+            _ => assert_eq!(most, Some(0)),
+        }
+    }
 }

@@ -116,7 +116,7 @@ pub fn coordinates(page: &mut Drawing, clock: &Clock, place: (f64, f64), series:
 
 /// Whether a value of this name is a channel of the sound.
 fn is_heard(name: &str) -> bool {
-    ["sound", "channel_left", "channel_right"].contains(&name)
+    ["sound", "channel left", "channel right"].contains(&name)
 }
 
 /// What has a unit; where several have it, what is most likely beside a key.

@@ -155,6 +155,8 @@ pub fn roles(compiled: &Compiled) -> Roles {
     });
     let coordinates = titles(compiled, &coordinate);
     let heard = titles(compiled, &|kind| matches!(kind, ExportKind::Channel(_)));
+    // Where nothing is felt there is no panel of zeros.
+    let total = (!model.forces.is_empty()).then(|| first(ExportKind::Total(0)));
     Roles {
         title: model.name.replace('_', " "),
         travel: first(ExportKind::Sense(0)),
@@ -162,7 +164,7 @@ pub fn roles(compiled: &Compiled) -> Roles {
             compiled,
             &|kind| matches!(kind, ExportKind::Force(f) if is_first(f)),
         ),
-        total: first(ExportKind::Total(0)),
+        total: total.unwrap_or_default(),
         coordinates: [senses, others, coordinates, heard].concat(),
         machines: titles(compiled, &|kind| matches!(kind, ExportKind::Machine(_))),
         mark: marked(model).to_string(),
@@ -287,6 +289,12 @@ pub fn argument_titles(model: &Model) -> Vec<Vec<String>> {
 /// The title of an argument (`speed_m_per_s`).
 pub fn argument_title((name, dim): &(String, Dim)) -> String {
     join_title(name, &unit_suffix(&dim.unit_without_angle()))
+}
+
+/// The events of a program, and the titles of their arguments.
+pub fn event_headings(compiled: &Compiled) -> Vec<(String, Vec<String>)> {
+    let events = 0..compiled.lowered.events.len();
+    events.map(|event| event_heading(compiled, event)).collect()
 }
 
 /// The name of an event and the titles of its arguments.

@@ -11,6 +11,7 @@ use crate::engine::{Engine, EngineKind, Happened};
 use crate::files::{FileError, OutputFile};
 use crate::record::Record;
 use crate::sound::SoundFile;
+use crate::spectrogram::Spectrogram;
 use crate::trace::{Column, EventRow, EventTable, Form, Heading, TickTable, Trace};
 
 /// How much of a run is kept in memory.
@@ -214,6 +215,8 @@ pub(super) struct Recorder<'c> {
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
     sound: Option<SoundFile>,
+    /// Columns that are channels of the sound, each with its spectrogram in the trace.
+    heard: Vec<usize>,
     trace: Trace,
     happenings: Happenings,
     /// The event that is a strike.
@@ -233,7 +236,15 @@ impl<'c> Recorder<'c> {
             start_s: recording.start_s,
             ..Trace::default()
         };
+        let mut heard = Vec::new();
         if recording.keep != Keep::Nothing {
+            let columns = recording.columns.iter().enumerate();
+            for (index, column) in columns.filter(|(_, c)| is_heard(compiled, c.source)) {
+                heard.push(index);
+                let name = &column.heading.name;
+                let spectrogram = Spectrogram::new(name, compiled.model.rate_hz);
+                trace.spectrograms.push(spectrogram);
+            }
             let column = |c: Recorded| Column {
                 record: record(compiled, recording.keep, &c.heading, c.source),
                 heading: c.heading,
@@ -248,6 +259,7 @@ impl<'c> Recorder<'c> {
             ticks: recording.ticks,
             events: recording.events,
             sound: recording.sound,
+            heard,
             trace,
             happenings: Happenings::default(),
             marked: marked(&compiled.model),
@@ -272,6 +284,9 @@ impl<'c> Recorder<'c> {
             self.fill_row(engine, drive, body);
             for (column, value) in self.trace.columns.iter_mut().zip(&self.row) {
                 column.record.push(*value);
+            }
+            for (spectrogram, column) in self.trace.spectrograms.iter_mut().zip(&self.heard) {
+                spectrogram.push(self.row[*column]);
             }
         }
         if let Some((path, table)) = &mut self.ticks {
@@ -341,7 +356,19 @@ impl<'c> Recorder<'c> {
             file.map_err(|e| FileError::not_written(&path, &e))?
                 .finish()?;
         }
+        let spectrograms = self.trace.spectrograms.iter_mut();
+        spectrograms.for_each(Spectrogram::finish);
         Ok((self.trace, self.happenings))
+    }
+}
+
+/// Whether a column is a channel of the sound.
+fn is_heard(compiled: &Compiled, source: Signal) -> bool {
+    match source {
+        Signal::Export(index) => {
+            matches!(compiled.lowered.exports[index].kind, ExportKind::Channel(_))
+        }
+        _ => false,
     }
 }
 

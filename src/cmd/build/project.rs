@@ -123,8 +123,14 @@ impl Files<'_> {
         let interfaces: Vec<Interface> = each()
             .map(|(part, built)| {
                 let layout = &built.layout;
-                Interface::of(part.compiled, &part.name, part.keys, layout)
-                    .with_first_key(part.first)
+                Interface::of(
+                    part.compiled,
+                    &part.name,
+                    part.keys,
+                    layout,
+                    setup.board.arch,
+                )
+                .with_first_key(part.first)
             })
             .collect();
         let inputs: Vec<Input> = each()

@@ -1,5 +1,8 @@
 //! What a run says on the terminal: a few lines, however long it was.
 
+use std::path::PathBuf;
+
+use serde_json::{Map, Value, json};
 use whippen_compiler::firmware::FAULTS;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::Dim;
@@ -9,6 +12,7 @@ use whippen_runtime::session::{self, Counts, Emitted, LISTED_MAX, Run};
 use whippen_runtime::titles::split_title;
 use whippen_runtime::trace::EventRow;
 
+use super::Outputs;
 use crate::say::say;
 
 /// What a run took on the board, and what went wrong there.
@@ -57,6 +61,63 @@ pub fn report_run(compiled: &Compiled, run: &Run, kind: EngineKind, notes: &[Str
     }
 }
 
+/// The same as one object, with what was set and where the files are.
+pub fn json(
+    compiled: &Compiled,
+    run: &Run,
+    kind: EngineKind,
+    settings: &[(String, String)],
+    outputs: &Outputs,
+) -> Value {
+    let (model, counts) = (&compiled.model, run.counts);
+    let emitted = run.happenings.emitted.iter().map(|kind| {
+        let (first_s, last_s) = kind.between_s;
+        let mut object = json!({
+            "event": kind.event, "count": kind.count, "first_s": first_s, "last_s": last_s,
+        });
+        if let Some((title, [least, greatest, sum])) = &kind.argument {
+            object[format!("{title}_least")] = json!(least);
+            object[format!("{title}_greatest")] = json!(greatest);
+            object[format!("{title}_mean")] = json!(sum / kind.count as f64);
+        }
+        object
+    });
+    let set: Map<String, Value> = (settings.iter())
+        .map(|(name, value)| (name.clone(), json!(value)))
+        .collect();
+    json!({
+        "kind": "run",
+        "instrument": model.name,
+        "engine": kind.to_string(),
+        "seconds": counts.ticks as f64 / f64::from(model.rate_hz),
+        "set": set,
+        "strikes": run.happenings.strikes,
+        "events": run.happenings.events,
+        "counts": {
+            "ticks": counts.ticks,
+            "sensor_clipped": counts.sensor_clipped,
+            "sense_clamped": counts.sense_clamped,
+            "slew_held": counts.slew_held,
+            "drive_clipped": counts.drive_clipped,
+            "samples_clipped": run.happenings.clipped_samples,
+        },
+        "emitted": emitted.collect::<Vec<_>>(),
+        "files": {
+            "out": paths(&outputs.out),
+            "events": paths(outputs.events.as_slice()),
+            "plot": paths(&outputs.plot),
+            "report": paths(outputs.report.as_slice()),
+        },
+    })
+}
+
+fn paths(paths: &[PathBuf]) -> Vec<String> {
+    paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect()
+}
+
 /// What was emitted: one by one, as long as its kind is not too many.
 fn list(emitted: &[Emitted]) {
     let (few, many): (Vec<&Emitted>, Vec<&Emitted>) =
@@ -69,6 +130,15 @@ fn list(emitted: &[Emitted]) {
         say!("  {:>9.4} s  {}{args}", event.t_s, event.event);
     }
     many.iter().for_each(|kind| say!("  {}", counted(kind)));
+    let begun = emitted
+        .iter()
+        .find(|kind| kind.first.iter().any(|event| event.t_s == 0.0));
+    if let Some(kind) = begun {
+        say!(
+            "  {} in the very first tick: does the first state of a machine fit where the motion begins?",
+            kind.event
+        );
+    }
 }
 
 /// Many events of a kind in a line.

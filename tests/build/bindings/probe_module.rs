@@ -2,7 +2,7 @@
 //!
 //! Put this tick's sensor words into `inputs`, call `init` once and `tick` in every tick, and take the drive words
 //! out of `outputs`. Link with the object file, or the compiled C, that came with this module.
-#![allow(dead_code)]
+#![allow(dead_code, non_snake_case)]
 
 use core::ptr::{addr_of, addr_of_mut};
 
@@ -47,13 +47,11 @@ pub const SLOW_MAX: i32 = 9;
 /// First value of `slow`, in N*s/m.
 pub const SLOW_INIT: i32 = 1;
 
+/// First value of `Loud`, a switch.
+pub const LOUD_INIT: bool = true;
+
 /// Event `note`.
 pub const EVENT_NOTE: u16 = 0;
-
-/// `speed` of an event `note`, in m/s: argument 0.
-pub fn note_speed(event: &Event) -> fixed::FixedI32<fixed::types::extra::U28> {
-    fixed::FixedI32::<fixed::types::extra::U28>::from_bits(event.args[0])
-}
 
 /// Event `release`.
 pub const EVENT_RELEASE: u16 = 1;
@@ -71,6 +69,13 @@ pub struct Event {
     pub args: [i32; 1],
 }
 
+impl Event {
+    /// `speed` of an event `note`, in m/s: argument 0.
+    pub fn note_speed(&self) -> fixed::FixedI32<fixed::types::extra::U28> {
+        fixed::FixedI32::<fixed::types::extra::U28>::from_bits(self.args[0])
+    }
+}
+
 /// Memory of all keys. What is private belongs to the code.
 #[repr(C)]
 pub struct State {
@@ -81,7 +86,8 @@ pub struct State {
     private_16: [u32; 1],
     live_weight: i32,
     live_slow: i32,
-    private_28: [u32; 9],
+    live_Loud: i32,
+    private_32: [u32; 8],
     events: [i32; 64],
     /// Sensor words of this tick.
     pub inputs: [[u16; 1]; KEYS],
@@ -98,6 +104,7 @@ const _: () = assert!(core::mem::offset_of!(State, events_lost) == 8);
 const _: () = assert!(core::mem::offset_of!(State, tick) == 12);
 const _: () = assert!(core::mem::offset_of!(State, live_weight) == 20);
 const _: () = assert!(core::mem::offset_of!(State, live_slow) == 24);
+const _: () = assert!(core::mem::offset_of!(State, live_Loud) == 28);
 const _: () = assert!(core::mem::offset_of!(State, events) == 64);
 const _: () = assert!(core::mem::offset_of!(State, inputs) == 320);
 const _: () = assert!(core::mem::offset_of!(State, outputs) == 328);
@@ -146,6 +153,14 @@ pub unsafe fn set_slow(state: *mut State, value: i32) -> Result<(), OutOfRange> 
     }
     unsafe { addr_of_mut!((*state).live_slow).write_volatile(value) };
     Ok(())
+}
+
+/// Sets `Loud` from the next tick on.
+///
+/// # Safety
+/// `state` points to the state.
+pub unsafe fn set_Loud(state: *mut State, value: bool) {
+    unsafe { addr_of_mut!((*state).live_Loud).write_volatile(i32::from(value)) };
 }
 
 /// Takes the oldest event. What found the ring full is counted, and lost.

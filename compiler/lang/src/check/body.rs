@@ -2,6 +2,7 @@
 
 use super::dubious::DoubtKind;
 use super::elaborate::Elaborator;
+use super::friction::{self, RubInfo, RubbedBy};
 use super::scope::{Made, NameEntry, ScopeId, Thing};
 use super::slot::{SlotId, Source};
 use super::types::{Ty, Value};
@@ -26,10 +27,8 @@ pub struct BodyInfo {
     pub acceleration: SlotId,
     /// Its mass or inertia.
     pub inertia: Option<NodeId>,
-    /// The force of its friction.
-    pub friction: Option<SlotId>,
-    /// The slip of its friction.
-    pub slip: Option<Value>,
+    /// Its friction.
+    pub rub: RubInfo,
 }
 
 const TURNING: Motion = Motion {
@@ -55,7 +54,16 @@ impl<'a> Elaborator<'a, '_> {
     /// Enters a body and its coordinate. A second coordinate is known, but broken.
     pub fn declare_body(&mut self, scope: ScopeId, name: &'a Name, parts: &'a [BodyPart]) -> Made {
         let body = self.declare_coordinates(scope, name, parts);
-        self.declare_frictions(scope, name, body, parts);
+        let all = parts.iter().filter_map(friction::rubbed);
+        let spans = self.declare_frictions(scope, body.map(RubbedBy::Body), all);
+        for span in spans.iter().skip(1) {
+            self.repeated_part(&name.node, "friction", *span, spans[0]);
+        }
+        let here = &self.scopes[scope.0];
+        if let Some(first) = here.strands.get(name.node.as_str()) {
+            let first = first.span;
+            self.duplicate("body", name, first, "already the name of a string");
+        }
         match self.scopes[scope.0].bodies.get(name.node.as_str()) {
             Some(first) => self.duplicate("body", name, first.span, "a second body of this name"),
             None => drop(self.scopes[scope.0].bodies.insert(
@@ -134,8 +142,7 @@ impl<'a> Elaborator<'a, '_> {
         self.bodies.push(BodyInfo {
             acceleration,
             inertia: None,
-            friction: None,
-            slip: None,
+            rub: RubInfo::default(),
         });
         index
     }
@@ -143,7 +150,8 @@ impl<'a> Elaborator<'a, '_> {
     /// All that stands in a body.
     pub fn moved_body(&mut self, scope: ScopeId, index: usize, parts: &'a [BodyPart]) {
         self.slot(self.bodies[index].acceleration);
-        self.frictions(scope, index, parts);
+        let first = parts.iter().find_map(friction::rubbed);
+        self.frictions(scope, RubbedBy::Body(index), first);
     }
 
     /// Its ranges, its inertia and its torques; the value is its acceleration.
@@ -329,6 +337,10 @@ impl<'a> Elaborator<'a, '_> {
     /// `hold body when guard`
     pub fn hold(&mut self, scope: ScopeId, name: &Name, guard: &'a Expr) {
         let condition = self.condition(scope, guard, "the condition of `hold`");
+        let string = self.scopes[scope.0].strands.get(name.node.as_str());
+        if let Some(id) = string.map(|entry| entry.id) {
+            return self.hold_string(id, condition, guard.span);
+        }
         let Some(label) = self.scopes[scope.0].bodies.get(name.node.as_str()) else {
             let here = &self.scopes[scope.0];
             let hint = match nearest(&name.node, here.bodies.keys().copied()) {

@@ -26,6 +26,12 @@ impl<'a> Elaborator<'a, '_> {
         if let Some(delay) = self.delay_of(scope, callee) {
             return self.tap(scope, delay, callee, args, call.span);
         }
+        if let Some(id) = self.displacement_of(scope, callee) {
+            return self.displacement_at(scope, id, callee, args, call.span);
+        }
+        if let Some(id) = self.derivative_of(scope, callee, args) {
+            return self.derivative_at(scope, id, callee, args, call.span);
+        }
         let from_std = self.scopes[scope.0].in_std();
         if let Some(function) = self.items.function(&callee.node, from_std) {
             return self.function(scope, function, args, call.span);

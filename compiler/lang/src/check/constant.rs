@@ -97,6 +97,7 @@ impl<'a> Elaborator<'a, '_> {
                     };
                     format!("`{}` {kind}", cell.name)
                 }
+                Node::Read(s, ..) => format!("the string `{}` moves", model.strands[s].name),
                 Node::Noise(n) => format!("`{}` is noise", model.noises[n].name),
                 Node::Is(m, _) => {
                     format!("`{}` changes its state", model.machines[m].name)

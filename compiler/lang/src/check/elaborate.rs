@@ -12,9 +12,10 @@ use super::items::{Items, TermItem};
 use super::scope::{Made, Scope, ScopeId, Thing};
 use super::settings::Settings;
 use super::slot::{Slot, SlotId};
+use super::strand::{StrandInfo, points};
 use super::types::Value;
 use crate::diag::Diagnostic;
-use crate::model::{Dag, DelayId, EmissionId, Force, Item, Model, Named, Node, NodeId};
+use crate::model::{Dag, DelayId, EmissionId, Force, Item, Model, Named, Node, NodeId, StrandId};
 use crate::syntax::ast::{Decl, DeclKind, Name};
 use whippen_ids::IdMap;
 use whippen_source::Span;
@@ -33,6 +34,8 @@ pub struct Elaborator<'a, 'd> {
     pub scopes: Vec<Scope<'a>>,
     /// What is known of each body of the Model while it is elaborated.
     pub bodies: Vec<BodyInfo>,
+    /// What is known of each string of the Model while it is elaborated.
+    pub strands: IdMap<StrandId, StrandInfo<'a>>,
     /// Values.
     pub slots: Vec<Slot<'a>>,
     /// The values being evaluated, outermost first.
@@ -91,6 +94,12 @@ pub fn instrument(
         return None;
     }
     model.sweep();
+    for diagnostic in points::choose(&mut model) {
+        diags.push(diagnostic);
+    }
+    if diags.errors() > errors {
+        return None;
+    }
     friction::remember_slips(&mut model);
     Some(model)
 }
@@ -129,6 +138,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             cells: IdMap::new(),
             machines: IdMap::new(),
             bodies: Vec::new(),
+            strands: IdMap::new(),
             pulses: IdMap::new(),
             noises: IdMap::new(),
             delays: IdMap::new(),
@@ -148,6 +158,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             model,
             scopes: Vec::new(),
             bodies: Vec::new(),
+            strands: IdMap::new(),
             slots: Vec::new(),
             running: Vec::new(),
             circles: HashSet::new(),
@@ -270,13 +281,14 @@ impl<'a, 'd> Elaborator<'a, 'd> {
         }
     }
 
-    /// Delay lines and sound.
+    /// Strings, delay lines and sound.
     fn of_signals(&mut self, scope: ScopeId, decl: &'a Decl, made: Made) {
         match (&decl.kind, made) {
             (DeclKind::Delay { range, lasting, .. }, Made::Delay(delay)) => {
                 self.delay(scope, delay, range, lasting);
             }
             (DeclKind::Feed { delay, value }, _) => self.feed(scope, delay, value),
+            (DeclKind::String { .. }, Made::Strand(id)) => self.string(id),
             (DeclKind::Sound { name, side, value }, _) => {
                 self.sound(scope, name, side.as_ref(), value);
             }

@@ -99,6 +99,10 @@ impl<'a> Elaborator<'a, '_> {
             | Thing::Coordinate(_, _, v)
             | Thing::Pulse(_, v)
             | Thing::Noise(v) => Some(v),
+            Thing::Displacement(_) => {
+                self.displacement_as_value(name, span);
+                None
+            }
             Thing::Delay(_) => {
                 self.delay_as_value(name, span);
                 None
@@ -109,6 +113,7 @@ impl<'a> Elaborator<'a, '_> {
             }
             Thing::Let(slot, None)
             | Thing::Friction(slot, _)
+            | Thing::Tension(slot)
             | Thing::Param(slot)
             | Thing::Argument(slot)
             | Thing::Result(slot) => self.slot(slot),
@@ -201,7 +206,7 @@ impl<'a> Elaborator<'a, '_> {
                 .map(|e| e.thing)
             {
                 Some(Thing::Broken) => return None,
-                Some(Thing::Friction(force, body)) => return self.slip(force, body, field),
+                Some(Thing::Friction(force, on)) => return self.slip(force, on, field),
                 Some(Thing::Let(_, call)) => call,
                 _ => None,
             },

@@ -1,8 +1,8 @@
-//! Frictions of bodies: `friction f(v) against w = law`, an equation for the slip `v` of this very
-//! tick.
+//! Frictions: `friction f(v) against w = law`, an equation for the slip `v` of this very tick, of a
+//! body or, `at` a place, of a string.
 //!
-//! Three values are evaluated when they are first asked for, like any other: the body's
-//! acceleration, the slip that is tried (`v` in the law), and the force `f`. So what the law and
+//! Three values are evaluated when they are first asked for, like any other: the motion without the
+//! friction, the slip that is tried (`v` in the law), and the force `f`. So what the law and
 //! `w` are made of may stand anywhere, and a circle shows itself.
 
 use super::body::motion;
@@ -13,7 +13,7 @@ use super::slot::{SlotId, Source};
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
 use crate::model::prime::{NoPrime, slope};
-use crate::model::{Balance, CellKind, Cmp, Friction, Model, Node, NodeId};
+use crate::model::{Balance, CellId, CellKind, Cmp, Friction, Model, Node, NodeId, StrandId};
 use crate::range;
 use crate::syntax::ast::{BodyPart, Expr, Name};
 use crate::units::Dim;
@@ -26,6 +26,8 @@ pub struct Rubbed<'a> {
     pub name: &'a Name,
     /// The name of the slip in its law.
     pub slip: &'a Name,
+    /// Where it rubs a string.
+    pub place: Option<&'a Expr>,
     /// The speed that the slip is relative to.
     pub against: &'a Expr,
     /// The force against the slip.
@@ -34,7 +36,25 @@ pub struct Rubbed<'a> {
     pub span: Span,
 }
 
-fn rubbed(part: &BodyPart) -> Option<Rubbed<'_>> {
+/// What a friction rubs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RubbedBy {
+    /// A body: index into the Model's.
+    Body(usize),
+    /// A string.
+    Strand(StrandId),
+}
+
+/// What is known of a friction while it is elaborated.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RubInfo {
+    /// Its force.
+    pub force: Option<SlotId>,
+    /// Its slip.
+    pub slip: Option<Value>,
+}
+
+pub fn rubbed(part: &BodyPart) -> Option<Rubbed<'_>> {
     let BodyPart::Friction {
         name,
         slip,
@@ -48,6 +68,7 @@ fn rubbed(part: &BodyPart) -> Option<Rubbed<'_>> {
     Some(Rubbed {
         name,
         slip,
+        place: None,
         against,
         law,
         span: *span,
@@ -55,40 +76,46 @@ fn rubbed(part: &BodyPart) -> Option<Rubbed<'_>> {
 }
 
 impl<'a> Elaborator<'a, '_> {
-    /// Enters the friction of a body. A second one is known, but broken.
+    /// Enters the friction of something. A second one is known, but broken.
     pub fn declare_frictions(
         &mut self,
         scope: ScopeId,
-        body: &Name,
-        index: Option<usize>,
-        parts: &'a [BodyPart],
-    ) {
-        let mut first: Option<Span> = None;
-        for rubbed in parts.iter().filter_map(rubbed) {
-            if let Some(first) = first {
-                self.repeated_part(&body.node, "friction", rubbed.span, first);
+        on: Option<RubbedBy>,
+        all: impl Iterator<Item = Rubbed<'a>>,
+    ) -> Vec<Span> {
+        let mut spans: Vec<Span> = Vec::new();
+        for rubbed in all {
+            match on.filter(|_| spans.is_empty()) {
+                Some(on) => self.declare_friction(scope, on, rubbed),
+                None => self.enter(scope, rubbed.name, Thing::Broken),
             }
-            match (index, first.replace(first.unwrap_or(rubbed.span))) {
-                (Some(index), None) => self.declare_friction(scope, index, rubbed),
-                _ => self.enter(scope, rubbed.name, Thing::Broken),
-            }
+            spans.push(rubbed.span);
         }
+        spans
     }
 
-    fn declare_friction(&mut self, scope: ScopeId, index: usize, rubbed: Rubbed<'a>) {
+    fn declare_friction(&mut self, scope: ScopeId, on: RubbedBy, rubbed: Rubbed<'a>) {
         let Rubbed { name, slip, .. } = rubbed;
         let full = self.scopes[scope.0].full(&name.node);
         let trial = self.new_slot(
             format!("{full}({})", slip.node),
             slip.span,
-            Source::Trial(scope, index, rubbed),
+            Source::Trial(scope, on, rubbed),
         );
         let laws = &mut self.scopes[scope.0].laws;
         laws.push((rubbed.law.span, slip, trial));
-        let source = Source::Friction(scope, index, rubbed);
+        let source = Source::Friction(scope, on, rubbed);
         let force = self.new_slot(full, name.span, source);
-        self.bodies[index].friction = Some(force);
-        self.enter(scope, name, Thing::Friction(force, index));
+        self.rub_of(on).force = Some(force);
+        self.enter(scope, name, Thing::Friction(force, on));
+    }
+
+    /// What is known of the friction of something.
+    pub fn rub_of(&mut self, on: RubbedBy) -> &mut RubInfo {
+        match on {
+            RubbedBy::Body(index) => &mut self.bodies[index].rub,
+            RubbedBy::Strand(id) => &mut self.strands[id].rub,
+        }
     }
 
     /// The slip that is tried, where a name in the law of a friction means that.
@@ -101,15 +128,15 @@ impl<'a> Elaborator<'a, '_> {
             .map(|(.., trial)| *trial)
     }
 
-    /// Its friction, with the names for it in traces.
-    pub fn frictions(&mut self, scope: ScopeId, index: usize, parts: &'a [BodyPart]) {
-        let Some(force) = self.bodies[index].friction else {
+    /// The friction of something, with the names for it in traces.
+    pub fn frictions(&mut self, scope: ScopeId, on: RubbedBy, first: Option<Rubbed<'a>>) {
+        let Some(force) = self.rub_of(on).force else {
             return;
         };
         let value = self.slot(force);
-        let slip = self.bodies[index].slip;
+        let slip = self.rub_of(on).slip;
         let exported = !self.scopes[scope.0].in_std();
-        if let Some(rubbed) = parts.iter().find_map(rubbed).filter(|_| exported) {
+        if let Some(rubbed) = first.filter(|_| exported) {
             self.export(scope, rubbed.name, value);
             let name = Name {
                 node: format!("{}.slip", rubbed.name.node),
@@ -120,10 +147,10 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     /// `f.slip`
-    pub fn slip(&mut self, force: SlotId, body: usize, field: &Name) -> Option<Value> {
+    pub fn slip(&mut self, force: SlotId, on: RubbedBy, field: &Name) -> Option<Value> {
         self.slot(force)?;
         if field.node == "slip" {
-            return self.bodies[body].slip;
+            return self.rub_of(on).slip;
         }
         let message = format!("a friction has no result `{}`", field.node);
         let diagnostic = Diagnostic::new(Code::NoResults, field.span, message, "not known of it");
@@ -134,26 +161,40 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     /// The slip that is tried: between 0 and what it would be without the friction.
-    pub fn trial(&mut self, scope: ScopeId, index: usize, rubbed: Rubbed<'a>) -> Option<Value> {
+    pub fn trial(&mut self, scope: ScopeId, on: RubbedBy, rubbed: Rubbed<'a>) -> Option<Value> {
         self.check_name_of_slip(scope, rubbed.slip);
+        let Value { node, ty } = self.free_rate(scope, on, rubbed)?;
+        let against = self.expr(scope, rubbed.against)?;
+        let against = self.expect(against, rubbed.against, ty, || {
+            "what follows `against`".to_string()
+        })?;
+        let outer = self.here.replace(scope);
+        let free = self.model.dag.add_folded(Node::Sub(node, against));
+        let last = format!("{}.last", self.scopes[scope.0].full(&rubbed.name.node));
+        let (last, _) = self.new_cell(last, CellKind::Slip, ty.dim()?, rubbed.name.span);
+        let trial = self.node(Node::Trial(last, free), rubbed.slip.span);
+        self.here = outer;
+        Some(Value { node: trial, ty })
+    }
+
+    /// The rate there would be without the friction: of a body after the tick, of a string as the
+    /// mean of before and after.
+    fn free_rate(&mut self, scope: ScopeId, on: RubbedBy, rubbed: Rubbed<'a>) -> Option<Value> {
+        let index = match on {
+            RubbedBy::Strand(id) => return self.free_rate_of_string(scope, id, rubbed.place?),
+            RubbedBy::Body(index) => index,
+        };
         let acceleration = self.slot(self.bodies[index].acceleration)?.node;
         let body = self.model.bodies[index].clone();
         let dim = self.model.cells[body.rate].dim;
-        let against = self.expr(scope, rubbed.against)?;
-        let against = self.expect(against, rubbed.against, Ty::Real(dim), || {
-            "what follows `against`".to_string()
-        })?;
         let outer = self.here.replace(scope);
         let tick = self.model.dag.constant(1.0 / f64::from(self.model.rate_hz));
         let rate = self.model.dag.add(Node::Cell(body.rate));
         let change = self.model.dag.add_folded(Node::Mul(tick, acceleration));
         let new_rate = self.model.dag.add_folded(Node::Add(rate, change));
-        let free = self.model.dag.add_folded(Node::Sub(new_rate, against));
-        let last = format!("{}.last", self.scopes[scope.0].full(&rubbed.name.node));
-        let (last, _) = self.new_cell(last, CellKind::Slip, dim, rubbed.name.span);
-        let trial = self.node(Node::Trial(last, free), rubbed.slip.span);
+        self.mark(rubbed.slip.span);
         self.here = outer;
-        Some(Value::real(trial, dim))
+        Some(Value::real(new_rate, dim))
     }
 
     fn check_name_of_slip(&mut self, scope: ScopeId, slip: &Name) {
@@ -176,7 +217,7 @@ impl<'a> Elaborator<'a, '_> {
     }
 
     /// The force of a friction, from the slip at which it is in balance.
-    pub fn friction(&mut self, scope: ScopeId, index: usize, rubbed: Rubbed<'a>) -> Option<Value> {
+    pub fn friction(&mut self, scope: ScopeId, on: RubbedBy, rubbed: Rubbed<'a>) -> Option<Value> {
         let laws = self.scopes[scope.0].laws.iter();
         let own = laws.clone().find(|(law, ..)| *law == rubbed.law.span);
         let trial = self.slot(own.map(|(.., slot)| *slot)?)?;
@@ -193,7 +234,7 @@ impl<'a> Elaborator<'a, '_> {
         let slope = slope(&mut self.model.dag, trial.node, law);
         self.mark(rubbed.law.span);
         let balanced = match slope {
-            Ok(slope) => Some(self.balanced(index, rubbed, (last, free, trial.node), [law, slope])),
+            Ok(slope) => Some(self.balanced(on, rubbed, (last, free, trial.node), [law, slope])),
             Err(errors) => {
                 errors
                     .iter()
@@ -203,7 +244,7 @@ impl<'a> Elaborator<'a, '_> {
         };
         self.here = outer;
         let (slip, force_node) = balanced??;
-        self.bodies[index].slip = Some(Value {
+        self.rub_of(on).slip = Some(Value {
             node: slip,
             ty: trial.ty,
         });
@@ -213,17 +254,14 @@ impl<'a> Elaborator<'a, '_> {
     /// The slip and the force, and what the friction does to its body.
     fn balanced(
         &mut self,
-        index: usize,
+        on: RubbedBy,
         rubbed: Rubbed<'a>,
-        (last, free, trial): (crate::model::CellId, NodeId, NodeId),
+        (last, free, trial): (CellId, NodeId, NodeId),
         [law, slope]: [NodeId; 2],
     ) -> Option<(NodeId, NodeId)> {
         let span = rubbed.span;
-        let inertia = self.bodies[index].inertia?;
-        let rate_hz = f64::from(self.model.rate_hz);
+        let gain = self.slip_by_force(on)?;
         let dag = &mut self.model.dag;
-        let (tick, per_tick) = (dag.constant(1.0 / rate_hz), dag.constant(rate_hz));
-        let gain = dag.add_folded(Node::Div(tick, inertia));
         let before = dag.add(Node::Cell(last));
         let slip = dag.add(Node::Slip(Balance {
             free,
@@ -243,8 +281,15 @@ impl<'a> Elaborator<'a, '_> {
         let taken = dag.add(Node::Sub(free, slip));
         let taken = dag.add(Node::Max(taken, low));
         let taken = dag.add(Node::Min(taken, high));
-        let change = dag.add_folded(Node::Mul(inertia, per_tick));
-        let force = dag.add_folded(Node::Mul(taken, change));
+        let force = match on {
+            RubbedBy::Body(index) => {
+                let per_tick = dag.constant(self.model.rate_hz.into());
+                let inertia = self.bodies[index].inertia?;
+                let change = dag.add_folded(Node::Mul(inertia, per_tick));
+                dag.add_folded(Node::Mul(taken, change))
+            }
+            RubbedBy::Strand(_) => dag.add_folded(Node::Div(taken, gain)),
+        };
         // A friction that gave no force forgets its slip.
         let forward = dag.add(Node::Compare(Cmp::Gt, taken, zero));
         let backward = dag.add(Node::Compare(Cmp::Lt, taken, zero));
@@ -253,14 +298,38 @@ impl<'a> Elaborator<'a, '_> {
         self.mark(span);
         self.model.nexts.push((last, kept));
         self.next_spans.push(rubbed.name.span);
-        let name = self.slots[self.bodies[index].friction?.0].name.clone();
-        self.model.bodies[index].friction = Some(Friction {
-            name,
-            taken,
-            last,
-            span,
-        });
+        self.rubs(on, taken, last, span)?;
         Some((slip, force))
+    }
+
+    /// What a force changes the slip by.
+    fn slip_by_force(&mut self, on: RubbedBy) -> Option<NodeId> {
+        let index = match on {
+            RubbedBy::Strand(id) => return self.slip_of_string(id),
+            RubbedBy::Body(index) => index,
+        };
+        let inertia = self.bodies[index].inertia?;
+        let dag = &mut self.model.dag;
+        let tick = dag.constant(1.0 / f64::from(self.model.rate_hz));
+        Some(dag.add_folded(Node::Div(tick, inertia)))
+    }
+
+    /// Gives what is rubbed its friction, which takes so much off its slip.
+    fn rubs(&mut self, on: RubbedBy, taken: NodeId, last: CellId, span: Span) -> Option<()> {
+        let force = self.rub_of(on).force?;
+        let name = self.slots[force.0].name.clone();
+        match on {
+            RubbedBy::Strand(id) => self.string_is_rubbed(id, (name, taken, last, span)),
+            RubbedBy::Body(index) => {
+                self.model.bodies[index].friction = Some(Friction {
+                    name,
+                    taken,
+                    last,
+                    span,
+                });
+            }
+        }
+        Some(())
     }
 
     fn report_no_slope(&mut self, error: &NoPrime, rubbed: Rubbed) {
@@ -286,7 +355,9 @@ impl<'a> Elaborator<'a, '_> {
 /// Gives the memories of frictions the ranges of their slips, once everything is known. Where a
 /// value has no range there is a message of it later.
 pub fn remember_slips(model: &mut Model) {
-    if model.bodies.iter().all(|body| body.friction.is_none()) {
+    let of_bodies = model.bodies.iter().any(|body| body.friction.is_some());
+    let of_strings = model.strands.iter().any(|strand| strand.friction.is_some());
+    if !of_bodies && !of_strings {
         return;
     }
     let Ok(ranges) = range::analyze(model) else {

@@ -6,6 +6,7 @@ use super::items::TermItem;
 use super::param::ParamText;
 use super::scope::{Entry, Made, NameEntry, Scope, ScopeId, Thing};
 use super::slot::Source;
+use super::strand::StringText;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
 use crate::model::{Call, Interval, Live, Node};
@@ -197,6 +198,9 @@ impl<'a> Elaborator<'a, '_> {
             }
             DeclKind::State { name, ty, .. } => self.declare_state(scope, name, ty),
             DeclKind::Body { name, parts } => self.declare_body(scope, name, parts),
+            DeclKind::String { name, along, parts } => {
+                self.declare_string(scope, StringText { name, along, parts })
+            }
             DeclKind::Pulse { name, ty, .. } => self.declare_pulse(scope, name, ty),
             DeclKind::Result { name, value } => self.declare_result(scope, name, value),
             DeclKind::Event { name, .. } => self.declare_event(scope, name),

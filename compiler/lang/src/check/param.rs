@@ -126,7 +126,10 @@ impl<'a> Elaborator<'a, '_> {
         let value = self.in_range(value?, dim, decl.text.value.span, range, name);
         let value = match self.settings.sets.get(name.as_str()).copied() {
             Some(set) => {
-                let value = self.set_number(name, set.value, set.span, dim)?;
+                let value = match set.value {
+                    Quantity::Real { value, dim } if set.in_si && dim.is_number() => value,
+                    value => self.set_number(name, value, set.span, dim)?,
+                };
                 self.in_range(value, dim, set.span, range, name)
             }
             None => value,

@@ -108,6 +108,11 @@ fn words(kind: NoPrimeKind) -> (&'static str, &'static str, &'static str) {
             "is read here",
             "feed the prime to a second delay line",
         ),
+        NoPrimeKind::String => (
+            "a rate and a slope of a string have no prime",
+            "is read here",
+            "`u(place)` alone has one, its rate `u(place)'`",
+        ),
         NoPrimeKind::Third => (
             "a sensed value has no third prime",
             "what is measured",

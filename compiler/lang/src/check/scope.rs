@@ -2,10 +2,11 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::friction::RubbedBy;
 use super::items::TermItem;
 use super::slot::SlotId;
 use super::types::Value;
-use crate::model::{CellId, DelayId, MachineId, PulseId};
+use crate::model::{CellId, DelayId, MachineId, PulseId, StrandId};
 use crate::syntax::ast::{Decl, Name};
 use whippen_source::Span;
 
@@ -34,8 +35,12 @@ pub enum Thing {
     Noise(Value),
     /// A delay line, which is no value by itself.
     Delay(DelayId),
-    /// A friction: its force, and the body it stands in.
-    Friction(SlotId, usize),
+    /// A displacement all along a string, which is no value by itself.
+    Displacement(StrandId),
+    /// The tension of a string that is tuned.
+    Tension(SlotId),
+    /// A friction: its force, and what it rubs.
+    Friction(SlotId, RubbedBy),
     /// A parameter of the term.
     Argument(SlotId),
     /// A result of the term.
@@ -55,6 +60,8 @@ impl Thing {
             Thing::Pulse(..) => "a pulse",
             Thing::Noise(..) => "noise",
             Thing::Delay(..) => "a delay line",
+            Thing::Displacement(_) => "the displacement of a string",
+            Thing::Tension(_) => "the tension of a string",
             Thing::Friction(..) => "a friction",
             Thing::Argument(_) => "a parameter of the term",
             Thing::Result(_) => "a result",
@@ -90,6 +97,8 @@ pub enum Made {
     Pulse(PulseId),
     /// A delay line.
     Delay(DelayId),
+    /// A string.
+    Strand(StrandId),
     /// Something of which the declaration itself says everything (`next`, `force`, `event`,
     /// `hold`, `noise`, `feed`, `sound`).
     Itself,
@@ -135,6 +144,8 @@ pub struct Scope<'a> {
     pub machines: BTreeMap<&'a str, NameEntry<MachineId>>,
     /// Bodies by name; without index if in error.
     pub bodies: BTreeMap<&'a str, NameEntry<Option<usize>>>,
+    /// Strings by name.
+    pub strands: BTreeMap<&'a str, NameEntry<StrandId>>,
     /// Events by name.
     pub events: BTreeMap<&'a str, NameEntry<()>>,
     /// Terms of the sound by name.
@@ -173,6 +184,7 @@ impl<'a> Scope<'a> {
             laws: Vec::new(),
             machines: BTreeMap::new(),
             bodies: BTreeMap::new(),
+            strands: BTreeMap::new(),
             events: BTreeMap::new(),
             sounds: BTreeMap::new(),
             forces: BTreeMap::new(),

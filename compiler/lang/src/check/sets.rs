@@ -3,6 +3,7 @@
 use super::Options;
 use super::diags::Diags;
 use super::items::Items;
+use super::settings::SetValue;
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::syntax::ast::{DeclKind, Instrument};
 use crate::units::{Quantity, parse_quantity};
@@ -17,12 +18,25 @@ pub struct Set {
     pub name: String,
     /// Its value; `None` if it cannot be read.
     pub value: Option<Quantity>,
+    /// Whether a plain number is in SI.
+    pub in_si: bool,
     /// Where the name stands.
     pub name_span: Span,
     /// Where the value stands.
     pub value_span: Span,
     /// Whether some instrument has such a parameter.
     pub used: bool,
+}
+
+impl Set {
+    /// What it sets, if that could be read.
+    pub fn set_value(&self) -> Option<SetValue> {
+        Some(SetValue {
+            value: self.value?,
+            in_si: self.in_si,
+            span: self.value_span,
+        })
+    }
 }
 
 /// Reads the settings; the k-th is file `first_file + k`, whose text is `name=value`.
@@ -41,6 +55,7 @@ pub fn read(options: &Options, first_file: usize, diags: &mut Diags) -> Vec<Set>
             start: end + 1,
             end: end + 1 + value.len() as u32,
         };
+        let in_si = options.in_si.contains(name);
         let (instrument, name) = match name.split_once('.') {
             Some((instrument, name)) => (Some(instrument.trim().to_string()), name),
             None => (None, name.as_str()),
@@ -60,6 +75,7 @@ pub fn read(options: &Options, first_file: usize, diags: &mut Diags) -> Vec<Set>
             instrument,
             name: name.trim().to_string(),
             value,
+            in_si,
             name_span,
             value_span,
             used: false,

@@ -18,6 +18,8 @@ use whippen_source::Span;
 pub struct SetValue {
     /// The value.
     pub value: Quantity,
+    /// Whether a plain number is in SI.
+    pub in_si: bool,
     /// Where it is set.
     pub span: Span,
 }
@@ -99,14 +101,8 @@ pub fn of<'a>(
         });
         for name in names.filter(|name| *name == set.name) {
             set.used = true;
-            if let Some(value) = set.value {
-                settings.sets.insert(
-                    name,
-                    SetValue {
-                        value,
-                        span: set.value_span,
-                    },
-                );
+            if let Some(value) = set.set_value() {
+                settings.sets.insert(name, value);
             }
         }
     }

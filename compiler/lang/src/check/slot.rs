@@ -2,11 +2,13 @@
 //! being evaluated closes a circle.
 
 use super::elaborate::Elaborator;
-use super::friction::Rubbed;
+use super::friction::{Rubbed, RubbedBy};
 use super::param::ParamDecl;
 use super::scope::ScopeId;
+use super::strand::TunedLine;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
+use crate::model::StrandId;
 use crate::syntax::ast::{BodyPart, Expr};
 use whippen_source::Span;
 
@@ -41,10 +43,14 @@ pub enum Source<'a> {
     Param(ScopeId, ParamDecl<'a>),
     /// The acceleration of a body (index into the Model's), with all that stands in it.
     Body(ScopeId, usize, &'a [BodyPart]),
-    /// The slip that a friction tries, of the body it stands in.
-    Trial(ScopeId, usize, Rubbed<'a>),
-    /// The force of a friction, of the body it stands in.
-    Friction(ScopeId, usize, Rubbed<'a>),
+    /// The tension that a string is tuned by.
+    Tension(StrandId, TunedLine<'a>),
+    /// The slip that a friction tries, and what it rubs.
+    Trial(ScopeId, RubbedBy, Rubbed<'a>),
+    /// The force of a friction, and what it rubs.
+    Friction(ScopeId, RubbedBy, Rubbed<'a>),
+    /// The motion of a string, with all that stands in it but its friction.
+    Strand(StrandId),
 }
 
 /// How far a value is known.
@@ -104,6 +110,8 @@ impl<'a> Elaborator<'a, '_> {
             }
             Source::Param(scope, decl) => self.param(scope, decl),
             Source::Body(scope, index, parts) => self.body(scope, index, parts),
+            Source::Strand(id) => self.string_motion(id),
+            Source::Tension(id, line) => self.tuned_tension(id, line),
             Source::Trial(scope, index, rubbed) => self.trial(scope, index, rubbed),
             Source::Friction(scope, index, rubbed) => self.friction(scope, index, rubbed),
         }

@@ -1,6 +1,8 @@
 //! The calls that stand in a declaration, in the order of the text.
 
-use crate::syntax::ast::{Action, ActionKind, BodyPart, Decl, DeclKind, Expr, ExprKind, RangeExpr};
+use crate::syntax::ast::{
+    Action, ActionKind, BodyPart, Decl, DeclKind, Expr, ExprKind, RangeExpr, StringPart,
+};
 
 /// Every call in the declaration, of terms and of functions. The walk keeps its own stack: depth
 /// costs nothing.
@@ -64,6 +66,9 @@ fn expressions(kind: &DeclKind) -> Vec<&Expr> {
         DeclKind::Pulse { range, lasting, .. } | DeclKind::Delay { range, lasting, .. } => {
             ends(range).chain([lasting]).collect()
         }
+        DeclKind::String { along, parts, .. } => ends(along)
+            .chain(parts.iter().flat_map(in_string_part))
+            .collect(),
         DeclKind::Hold { guard, .. } => vec![guard],
     }
 }
@@ -94,5 +99,25 @@ fn in_part(part: &BodyPart) -> Vec<&Expr> {
             .collect(),
         BodyPart::Inertia { value, .. } | BodyPart::Torque { value, .. } => vec![value],
         BodyPart::Friction { against, law, .. } => vec![against, law],
+    }
+}
+
+fn in_string_part(part: &StringPart) -> Vec<&Expr> {
+    match part {
+        StringPart::Coordinate {
+            range, rate_range, ..
+        } => ends(range).chain(ends(rate_range)).collect(),
+        StringPart::Density { value, .. }
+        | StringPart::Load { value, .. }
+        | StringPart::Tuned { pitch: value, .. }
+        | StringPart::Points { value, .. } => vec![value],
+        StringPart::Force { value, place, .. } => vec![value, place],
+        StringPart::Friction {
+            place,
+            against,
+            law,
+            ..
+        } => vec![place, against, law],
+        StringPart::Ends { .. } => vec![],
     }
 }

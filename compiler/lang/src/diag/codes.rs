@@ -114,6 +114,12 @@ codes! {
     Feed                "WH0418" Error "a delay line that is not fed exactly once";
     DelayLine           "WH0419" Error "a delay line that is too short or too long";
     Glide               "WH0420" Error "a glide of something that nobody moves";
+    StringPart          "WH0421" Error "a string that lacks or repeats one of its lines";
+    StringLoad          "WH0422" Error "a load that is no sum of what bends and moves a string";
+    StringPoints        "WH0423" Error "a number of points that no string has";
+    StringEnds          "WH0424" Error "ends of a string that are neither pinned nor clamped";
+    StringTuned         "WH0425" Error "a tension that a string cannot be tuned by";
+    AllAlong            "WH0426" Error "what a string has all along where one value is needed";
     // Ranges and numbers
     Unbounded           "WH0501" Error "a value whose range cannot be bounded";
     DivisionByZero      "WH0502" Error "a division whose divisor may be zero";
@@ -130,6 +136,9 @@ codes! {
     OutsideDomain       "WH0513" Error "a logarithm of a value that may be zero or negative";
     FrictionSign        "WH0514" Error "a friction that may push";
     OutsideDelay        "WH0515" Error "a time that a delay line may not hold";
+    OutsideString       "WH0516" Error "a place outside of its string";
+    StringSign          "WH0517" Error "a string with a tension, a stiffness, losses or a density that may be negative";
+    UnstableString      "WH0518" Error "a string that its number of points makes unstable";
     // Physics and keyboards
     WrongDrive          "WH0610" Error "a force or a torque on what it cannot push";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";
@@ -151,6 +160,7 @@ codes! {
     UnknownHardware     "WH0618" Error "a board or a device that is not bundled";
     ShortWindow         "WH0619" Warning "a window shorter than three measurements";
     Channel             "WH0620" Error "a sound on a side that is neither left nor right";
+    NearEnd             "WH0621" Warning "a place nearer to an end of a string than its points tell";
     // Budgets
     DeadlineMissed      "WH0701" Error "a deadline that is missed";
     Unstable            "WH0702" Warning "a force that makes the loop of key, hand and program ring";

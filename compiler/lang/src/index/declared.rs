@@ -88,6 +88,7 @@ impl Index {
             DeclKind::Delay { name, ty, .. } => (NameKind::Delay, name, Some(ty)),
             DeclKind::States { name, .. } => (NameKind::Machine, name, None),
             DeclKind::Body { name, .. } => (NameKind::Body, name, None),
+            DeclKind::String { name, .. } => (NameKind::String, name, None),
             DeclKind::Next { .. }
             | DeclKind::Feed { .. }
             | DeclKind::Hold { .. }
@@ -123,7 +124,29 @@ impl Index {
                     }
                 }
             }
+            DeclKind::String { parts, .. } => self.string(parts),
             _ => {}
+        }
+    }
+
+    /// The displacement of a string, and its tension.
+    fn string(&mut self, parts: &[StringPart]) {
+        for part in parts {
+            match part {
+                StringPart::Coordinate { name, span, .. } => {
+                    self.define(NameKind::Coordinate, name, *span);
+                }
+                StringPart::Friction {
+                    name, slip, span, ..
+                } => {
+                    self.define(NameKind::Friction, name, *span);
+                    self.define(NameKind::Slip, slip, *span);
+                }
+                StringPart::Tuned { name, span, .. } => {
+                    self.define(NameKind::Tension, name, *span);
+                }
+                _ => {}
+            }
         }
     }
 

@@ -85,6 +85,10 @@ impl Resolver<'_> {
                 init.iter().for_each(|e| self.expr(e));
             }
             DeclKind::Body { parts, .. } => parts.iter().for_each(|p| self.part(p)),
+            DeclKind::String { along, parts, .. } => {
+                self.range(along);
+                parts.iter().for_each(|p| self.string_part(p));
+            }
             DeclKind::Event {
                 trigger, actions, ..
             } => {
@@ -96,7 +100,7 @@ impl Resolver<'_> {
                 self.expr(lasting);
             }
             DeclKind::Hold { body, guard } => {
-                self.name(body, |k| k == NameKind::Body);
+                self.name(body, |k| matches!(k, NameKind::Body | NameKind::String));
                 self.expr(guard);
             }
         }
@@ -141,13 +145,46 @@ impl Resolver<'_> {
             BodyPart::Inertia { value, .. } | BodyPart::Torque { value, .. } => self.expr(value),
             BodyPart::Friction {
                 slip, against, law, ..
+            } => self.rubbed(slip, against, law),
+        }
+    }
+
+    /// A friction, in whose law alone its slip is known.
+    fn rubbed(&mut self, slip: &Name, against: &Expr, law: &Expr) {
+        self.expr(against);
+        let definitions = self.index.definitions.iter();
+        self.slip = definitions.clone().position(|d| d.span == slip.span);
+        self.expr(law);
+        self.slip = None;
+    }
+
+    fn string_part(&mut self, part: &StringPart) {
+        match part {
+            StringPart::Coordinate {
+                range, rate_range, ..
             } => {
-                self.expr(against);
-                let definitions = self.index.definitions.iter();
-                self.slip = definitions.clone().position(|d| d.span == slip.span);
-                self.expr(law);
-                self.slip = None;
+                self.range(range);
+                self.range(rate_range);
             }
+            StringPart::Density { value, .. }
+            | StringPart::Load { value, .. }
+            | StringPart::Tuned { pitch: value, .. }
+            | StringPart::Points { value, .. } => self.expr(value),
+            StringPart::Friction {
+                slip,
+                place,
+                against,
+                law,
+                ..
+            } => {
+                self.expr(place);
+                self.rubbed(slip, against, law);
+            }
+            StringPart::Force { value, place, .. } => {
+                self.expr(value);
+                self.expr(place);
+            }
+            StringPart::Ends { .. } => {}
         }
     }
 
@@ -222,7 +259,10 @@ impl Resolver<'_> {
             }
             ExprKind::Call(callee, args) => {
                 let term = self.index.item_named(&callee.node, NameKind::Term);
-                self.found(callee.span, term);
+                // A string or a delay line is read like a call.
+                let read = |kind| matches!(kind, NameKind::Coordinate | NameKind::Delay);
+                let own = self.index.find(self.item, &callee.node, read);
+                self.found(callee.span, own.or(term));
                 for arg in args {
                     let of_term = term
                         .map(|at| self.index.definitions[at].item)

@@ -6,7 +6,9 @@
 
 use std::collections::HashMap;
 
-use super::{CellId, DelayId, Function, MachineId, NoiseId, TunedId};
+use super::{
+    CellId, DelayId, Function, GridNumber, MachineId, NoiseId, Reading, StrandId, TunedId,
+};
 use whippen_ids::{IdMap, impl_id};
 
 /// Index of a node.
@@ -89,6 +91,16 @@ pub enum Node {
     /// What was fed to a delay line so many ticks ago (not whole), by an allpass with
     /// memory of its own.
     Tuned(DelayId, NodeId, TunedId),
+    /// What is read of a string, as this tick finds it, so many metres from where it begins.
+    Read(StrandId, Reading, NodeId),
+    /// What the rate of a string at a place would be without its friction, as the mean of before
+    /// and after this tick: the place (m from where the string begins), its four coefficients, and
+    /// what pushes it, each with its place.
+    Mean(StrandId, Vec<NodeId>),
+    /// The sum of the squares of the weights by which a string is read at a place.
+    Spread(StrandId, NodeId),
+    /// A constant that follows from how many parts a string has.
+    Grid(StrandId, GridNumber),
     /// The slip that a friction (its memory) tries while it is solved, between 0 and the slip
     /// without it, which is the operand.
     Trial(CellId, NodeId),
@@ -218,12 +230,15 @@ impl Node {
             | Node::Live(_) => {
                 vec![]
             }
+            Node::Grid(..) => vec![],
             Node::LiveBool(_) | Node::Keyed(_) | Node::Cell(_) | Node::Noise(_) | Node::Is(..) => {
                 vec![]
             }
             Node::Linear(_, terms) => terms.iter().map(|&(_, x)| x).collect(),
             &Node::Neg(a) | &Node::Abs(a) | &Node::Power(a, _) | &Node::Not(a) => vec![a],
             &Node::Function(_, a) | &Node::Tap(_, a) | &Node::Tuned(_, a, _) => vec![a],
+            &Node::Read(_, _, place) | &Node::Spread(_, place) => vec![place],
+            Node::Mean(_, all) => all.clone(),
             &Node::Add(a, b) | &Node::Sub(a, b) | &Node::Mul(a, b) | &Node::Div(a, b) => vec![a, b],
             &Node::Min(a, b)
             | &Node::Max(a, b)
@@ -244,7 +259,7 @@ impl Node {
         use Node::*;
         match self {
             Const(_) | Bool(_) | Sense(_) | Slope(_) | Curvature(_) | Live(_) => true,
-            LiveBool(_) | Keyed(_) | Cell(_) | Noise(_) | Is(..) => true,
+            LiveBool(_) | Keyed(_) | Cell(_) | Noise(_) | Is(..) | Grid(..) => true,
             Linear(_, terms) => terms.is_empty(),
             _ => false,
         }

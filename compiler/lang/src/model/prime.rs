@@ -13,7 +13,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{Body, Cell, CellId, CellKind, Cmp, Dag, Function, Node, NodeId};
+use super::{Body, Cell, CellId, CellKind, Cmp, Dag, Function, Node, NodeId, Reading};
 use whippen_ids::{Id, IdMap};
 
 /// A derivative.
@@ -45,6 +45,8 @@ pub enum NoPrimeKind {
     Noise,
     /// What is read from a delay line.
     Delay,
+    /// A rate or a slope of a string.
+    String,
     /// A friction, or its slip.
     Friction,
     /// A bool.
@@ -190,7 +192,12 @@ impl<'d> PrimePass<'d> {
 
     fn derived(&mut self, id: NodeId, node: Node) -> Option<NodeId> {
         match node {
-            Node::Const(_) | Node::Live(_) | Node::Keyed(_) => Some(self.zero),
+            Node::Const(_) | Node::Live(_) | Node::Keyed(_) | Node::Grid(..) => Some(self.zero),
+            Node::Read(strand, Reading::Displacement, place) => {
+                Some(self.dag.add(Node::Read(strand, Reading::Rate, place)))
+            }
+            Node::Mean(..) | Node::Spread(..) => self.fail(NoPrimeKind::Friction, id),
+            Node::Read(..) => self.fail(NoPrimeKind::String, id),
             Node::Sense(s) => Some(self.dag.add(Node::Slope(s))),
             Node::Slope(s) => Some(self.dag.add(Node::Curvature(s))),
             Node::Curvature(_) => self.fail(NoPrimeKind::Third, id),

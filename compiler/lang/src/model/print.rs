@@ -6,7 +6,10 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::{Action, CellId, Cmp, Interval, Model, Node, NodeId, Rule, RuleKind, Side};
+use super::{
+    Action, CellId, Cmp, GridNumber, Interval, Model, Node, NodeId, Reading, Rule, RuleKind, Side,
+    Strand,
+};
 use crate::units::Dim;
 use whippen_ids::IdMap;
 
@@ -122,7 +125,20 @@ impl Printer<'_> {
                 k.values.len()
             )?;
         }
-        for c in &model.cells {
+        self.cells(f)?;
+        self.signals(f)?;
+        self.strings(f)?;
+        for m in &model.machines {
+            writeln!(f, "machine {}: {}", m.name, m.states.join(", "))?;
+        }
+        for p in &model.pulses {
+            writeln!(f, "pulse {}: {} ticks", p.name, p.ticks)?;
+        }
+        Ok(())
+    }
+
+    fn cells(&self, f: &mut Formatter) -> fmt::Result {
+        for c in &self.model.cells {
             let kind = format!("{:?}", c.kind).to_lowercase();
             writeln!(
                 f,
@@ -133,12 +149,22 @@ impl Printer<'_> {
                 number(c.init)
             )?;
         }
-        self.signals(f)?;
-        for m in &model.machines {
-            writeln!(f, "machine {}: {}", m.name, m.states.join(", "))?;
-        }
-        for p in &model.pulses {
-            writeln!(f, "pulse {}: {} ticks", p.name, p.ticks)?;
+        Ok(())
+    }
+
+    /// Strings.
+    fn strings(&self, f: &mut Formatter) -> fmt::Result {
+        for s in &self.model.strands {
+            writeln!(
+                f,
+                "string {}: along {}, {} points, {} in {}, rate {}",
+                s.name,
+                range(s.along),
+                s.parts.saturating_sub(1),
+                s.displacement,
+                range(s.range),
+                number(s.rate)
+            )?;
         }
         Ok(())
     }
@@ -195,6 +221,7 @@ impl Printer<'_> {
                 self.cell(b.coordinate)
             )?;
         }
+        model.strands.iter().try_for_each(|s| self.strand(f, s))?;
         for &(cell, value) in &model.nexts {
             writeln!(f, "next {} = {}", self.cell(cell), self.value(value, 0))?;
         }
@@ -220,6 +247,21 @@ impl Printer<'_> {
                 sound.name,
                 self.value(sound.value, 0)
             )?;
+        }
+        Ok(())
+    }
+
+    fn strand(&self, f: &mut Formatter, s: &Strand) -> fmt::Result {
+        let hold = s
+            .hold
+            .map(|h| format!(", held while {}", self.value(h, 0)))
+            .unwrap_or_default();
+        let [p, q, v, r] = s.coefficients.map(|c| self.value(c, 0));
+        writeln!(f, "string {}: P {p}, Q {q}, V {v}, R {r}{hold}", s.name)?;
+        let rub = s.friction.as_ref().map(|rub| &rub.push);
+        for push in s.pushes.iter().chain(rub) {
+            let (change, place) = (self.value(push.change, 0), self.value(push.place, 0));
+            writeln!(f, "    push {change} at {place}")?;
         }
         Ok(())
     }
@@ -313,6 +355,25 @@ impl Printer<'_> {
                 format!("{}({} ticks)", model.delays[d].name, self.value(*t, 0)),
                 9,
             ),
+            Node::Read(s, reading, place) => {
+                let (name, place) = (&model.strands[s].displacement, self.value(*place, 0));
+                let text = match reading {
+                    Reading::Displacement => format!("{name}({place})"),
+                    Reading::Rate => format!("{name}({place})'"),
+                    Reading::Slope => format!("d1({name}, {place})"),
+                };
+                (text, 9)
+            }
+            Node::Mean(s, all) => {
+                let place = all.first().map_or(String::new(), |p| self.value(*p, 0));
+                (format!("mean({}, {place})", model.strands[s].name), 9)
+            }
+            Node::Spread(s, place) => {
+                let place = self.value(*place, 0);
+                (format!("spread({}, {place})", model.strands[s].name), 9)
+            }
+            Node::Grid(s, GridNumber::PerMetre) => (format!("parts({})", model.strands[s].name), 9),
+            Node::Grid(s, GridNumber::FirstMode) => (format!("mode({})", model.strands[s].name), 9),
             Node::Tuned(d, t, _) => (
                 format!(
                     "tuned({}, {} ticks)",

@@ -100,6 +100,11 @@ impl Delay {
     pub fn allpass(fraction: f64) -> f64 {
         (1.0 - fraction) / (1.0 + fraction)
     }
+
+    /// By how much the coefficient changes at most with the fraction (per tick).
+    pub fn allpass_slope() -> f64 {
+        2.0 / (1.0 + Delay::FRACTION_MIN).powi(2)
+    }
 }
 
 /// A side from which sound comes.

@@ -40,10 +40,13 @@ impl Node {
             | Node::Keyed(_)
             | Node::Cell(_)
             | Node::Noise(_)
+            | Node::Grid(..)
             | Node::Is(..) => {}
             Node::Linear(_, terms) => terms.iter_mut().for_each(|(_, x)| change(x)),
             Node::Neg(a) | Node::Abs(a) | Node::Power(a, _) | Node::Not(a) => change(a),
             Node::Function(_, a) | Node::Tap(_, a) | Node::Tuned(_, a, _) => change(a),
+            Node::Read(_, _, place) | Node::Spread(_, place) => change(place),
+            Node::Mean(_, all) => all.iter_mut().for_each(change),
             Node::Add(a, b)
             | Node::Sub(a, b)
             | Node::Mul(a, b)
@@ -79,6 +82,19 @@ impl Model {
             roots.push(&mut body.acceleration);
             roots.extend(body.hold.as_mut());
             roots.extend(body.friction.as_mut().map(|friction| &mut friction.taken));
+        }
+        for strand in &mut self.strands {
+            roots.push(&mut strand.density);
+            roots.extend(&mut strand.loads);
+            roots.extend(&mut strand.coefficients);
+            for push in &mut strand.pushes {
+                roots.extend([&mut push.change, &mut push.place]);
+            }
+            if let Some(rub) = &mut strand.friction {
+                roots.extend([&mut rub.push.change, &mut rub.push.place]);
+            }
+            roots.extend(strand.pitch.as_mut());
+            roots.extend(strand.hold.as_mut());
         }
         roots.extend(self.delays.iter_mut().map(|delay| &mut delay.feed));
         roots.extend(self.sounds.iter_mut().map(|sound| &mut sound.value));

@@ -3,7 +3,7 @@
 
 use super::{LIMIT, Problem};
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Interval, Model, Node, NodeId};
+use crate::model::{Interval, Model, Node, NodeId, Strand};
 use crate::units::{Dim, shown, shown_range};
 use whippen_source::Span;
 
@@ -27,6 +27,12 @@ impl Problem {
                 ))
             }
             Problem::OutsideDelay(ticks, held) => outside_delay(model, node, ticks, held),
+            Problem::OutsideString(places) => match model.dag.get(node) {
+                Node::Mean(strand, _) | Node::Read(strand, ..) => {
+                    outside_string(&model.strands[strand], span, places)
+                }
+                _ => unbounded(model, node, span),
+            },
             Problem::Pushes(slip, law) => pushes(model, node, slip, law),
             Problem::Unbounded => unbounded(model, node, span),
         };
@@ -79,23 +85,56 @@ fn outside_delay(model: &Model, node: NodeId, ticks: Interval, held: Interval) -
     .hint(hint)
 }
 
+/// A place that may lie outside of a string.
+pub fn outside_string(strand: &Strand, span: Span, places: Interval) -> Diagnostic {
+    let start = strand.along.low;
+    let placed = Interval {
+        low: places.low + start,
+        high: places.high + start,
+    };
+    let message = match placed.low == placed.high {
+        true => format!(
+            "{} is outside of the string `{}`",
+            shown(placed.low, Dim::LENGTH),
+            strand.name
+        ),
+        false => format!(
+            "this place may be {}, and the string `{}` does not reach so far",
+            shown_range(placed, Dim::LENGTH),
+            strand.name
+        ),
+    };
+    let ends = shown_range(strand.along, Dim::LENGTH);
+    let hint = match placed.low == placed.high {
+        true => format!("it goes from {}", ends.replace(" .. ", " to ")),
+        false => "put a `clamp` around the place".to_string(),
+    };
+    Diagnostic::new(Code::OutsideString, span, message, "no part of the string")
+        .also(strand.span, format!("along {ends}"))
+        .hint(hint)
+}
+
 fn pushes(model: &Model, node: NodeId, slip: Interval, law: Interval) -> Diagnostic {
     let (sign, forward) = match slip.high > 0.0 {
         true => ("negative", "forward"),
         false => ("positive", "backward"),
     };
-    let body = model.bodies.iter().find_map(|body| {
+    let of_bodies = model.bodies.iter().filter_map(|body| {
         let friction = body.friction.as_ref()?;
+        Some((&friction.name, friction.span, friction.last))
+    });
+    let of_strings = model.strands.iter().filter_map(|strand| {
+        let rub = strand.friction.as_ref()?;
+        Some((&rub.name, rub.push.span, rub.last))
+    });
+    let rubbed = of_bodies.chain(of_strings).find_map(|(name, span, last)| {
         let Node::Slip(balance) = model.dag.get(node) else {
             return None;
         };
-        let own = *model.dag.get(balance.last) == Node::Cell(friction.last);
-        own.then_some((friction, body, balance.law))
+        let own = *model.dag.get(balance.last) == Node::Cell(last);
+        own.then_some((name.clone(), span, place(model, balance.law)))
     });
-    let (name, span, law_at) = body.map_or((String::new(), Span::default(), None), |found| {
-        let (friction, _, law) = found;
-        (friction.name.clone(), friction.span, place(model, law))
-    });
+    let (name, span, law_at) = rubbed.unwrap_or_default();
     let message = format!(
         "the friction `{name}` may push: its force may be {sign} where it slips {forward}, it lies in {}",
         si(law)

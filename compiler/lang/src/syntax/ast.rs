@@ -10,7 +10,7 @@ mod part;
 
 pub use expr::{Arg, BinOp, Expr, ExprKind, Number};
 pub use keyboard::{Keyboard, Setting, Zone};
-pub use part::BodyPart;
+pub use part::{BodyPart, StringPart};
 
 use whippen_source::Span;
 
@@ -223,6 +223,15 @@ pub enum DeclKind {
         /// Its value: -1 .. 1 is full scale.
         value: Expr,
     },
+    /// `string name along a .. b { position u in .., rate in ..  density r  load l .. }`
+    String {
+        /// The string.
+        name: Name,
+        /// Its ends, as places.
+        along: RangeExpr,
+        /// Its lines in the order of the text.
+        parts: Vec<StringPart>,
+    },
     /// `hold body when guard`
     Hold {
         /// The body.
@@ -285,6 +294,7 @@ impl DeclKind {
             DeclKind::Delay { name, .. } => ("delay", name),
             DeclKind::Feed { delay, .. } => ("feed", delay),
             DeclKind::Sound { name, .. } => ("sound", name),
+            DeclKind::String { name, .. } => ("string", name),
             DeclKind::Hold { body, .. } => ("hold", body),
             DeclKind::Force {
                 turning: true,

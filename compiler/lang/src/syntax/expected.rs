@@ -91,6 +91,11 @@ fn begins(token: Token) -> bool {
                 | Torque
                 | Friction
                 | Sound
+                | String
+                | Density
+                | Load
+                | Ends
+                | Points
         )
 }
 

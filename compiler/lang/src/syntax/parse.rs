@@ -10,7 +10,7 @@ use super::build::Build;
 use super::expected;
 use super::repair::repair;
 use super::token::lex;
-use crate::diag::Diagnostic;
+use crate::diag::{Code, Diagnostic};
 
 lalrpop_mod!(
     #[allow(clippy::all, clippy::pedantic, missing_docs, unused)]
@@ -41,13 +41,22 @@ pub fn parse(file: u32, text: &str, diagnostics: &mut Vec<Diagnostic>) -> File {
     });
     let mut described = expected::describe(file, text, &tokens, build.errors);
     let places: HashSet<u32> = found.iter().map(|d| d.span.start).collect();
-    described.retain(|d| !places.contains(&d.span.start));
+    described.retain(|d| !places.contains(&d.span.start) && !follows_stray(text, &found, d));
     found.append(&mut build.diagnostics);
     found.append(&mut described);
     found.sort_by_key(|d| (d.span.start, d.span.end));
     diagnostics.append(&mut found);
     document(&mut tree, &lexed.comments, &tokens);
     tree
+}
+
+/// Whether what is wrong comes of a sign earlier in its line that is not of the language.
+fn follows_stray(text: &str, found: &[Diagnostic], wrong: &Diagnostic) -> bool {
+    found.iter().any(|stray| {
+        let between = text.get(stray.span.end as usize..wrong.span.start as usize);
+        stray.code == Code::UnexpectedCharacter
+            && between.is_some_and(|between| !between.contains('\n'))
+    })
 }
 
 /// Gives every item the `///` lines between what stands before it and itself.

@@ -194,6 +194,10 @@ fn decl(decl: &Decl) -> String {
                 .map_or(String::new(), |side| format!(" on {}", side.node));
             format!("sound {}{side} = {}", name.node, Shown(value))
         }
+        DeclKind::String { name, along, parts } => block(
+            &format!("string {} along {}", name.node, Range(along)),
+            parts.iter().map(string_part).collect(),
+        ),
         DeclKind::Hold { body, guard } => format!("hold {} when {}", body.node, Shown(guard)),
         DeclKind::Force {
             turning,
@@ -302,6 +306,50 @@ fn part(part: &BodyPart) -> String {
             Shown(against),
             Shown(law)
         ),
+    }
+}
+
+fn string_part(part: &StringPart) -> String {
+    match part {
+        StringPart::Coordinate {
+            name,
+            range,
+            rate_range,
+            ..
+        } => format!(
+            "position {} in {}, rate in {}",
+            name.node,
+            Range(range),
+            Range(rate_range)
+        ),
+        StringPart::Density { value, .. } => format!("density {}", Shown(value)),
+        StringPart::Load { value, .. } => format!("load {}", Shown(value)),
+        StringPart::Force { value, place, .. } => {
+            format!("force {} at {}", Shown(value), Shown(place))
+        }
+        StringPart::Ends { first, second, .. } => match second {
+            Some(second) => format!("ends {}, {}", first.node, second.node),
+            None => format!("ends {}", first.node),
+        },
+        StringPart::Tuned { name, pitch, .. } => {
+            format!("tuned {} to {}", name.node, Shown(pitch))
+        }
+        StringPart::Friction {
+            name,
+            slip,
+            place,
+            against,
+            law,
+            ..
+        } => format!(
+            "friction {}({}) at {} against {} = {}",
+            name.node,
+            slip.node,
+            Shown(place),
+            Shown(against),
+            Shown(law)
+        ),
+        StringPart::Points { value, .. } => format!("points {}", Shown(value)),
     }
 }
 

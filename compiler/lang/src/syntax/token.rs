@@ -122,6 +122,8 @@ tokens! {
     soft {
         Every "every", Over "over", Slew "slew", Lasting "lasting", Glide "glide", At "at", Angle "angle",
         Position "position", Rate "rate", Noise "noise", Delay "delay", Feed "feed", Sound "sound",
+        String "string", Along "along", Density "density", Load "load", Ends "ends", Tuned "tuned", To "to",
+        Points "points",
         Inertia "inertia", Mass "mass", Torque "torque", Friction "friction", Against "against",
         Board "board", Device "device", Keys "keys",
         Programs "programs", Zones "zones",

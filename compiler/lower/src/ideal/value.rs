@@ -5,7 +5,7 @@ use super::line::RealLine;
 use super::{KeyState, sense::SenseState};
 use whippen_ids::IdMap;
 use whippen_lang::model::fold::{compare, power};
-use whippen_lang::model::{Balance, DelayId, Model, Node, NodeId, Noise};
+use whippen_lang::model::{Balance, DelayId, Model, Node, NodeId, Noise, Strand};
 
 /// What a tick's values are made of.
 pub(super) struct Tick<'a> {
@@ -69,6 +69,9 @@ impl Tick<'_> {
             Node::Noise(n) => Noise::value(state.noises[n]),
             Node::Tap(d, ticks) => lines[d].at(of(ticks)),
             Node::Tuned(d, ticks, own) => lines[d].tuned(of(ticks), state.tuned[own]),
+            Node::Read(..) | Node::Mean(..) | Node::Spread(..) | Node::Grid(..) => {
+                self.of_string(node, values)
+            }
             Node::Is(m, s) => f64::from(state.machines[m] == *s),
             Node::Linear(c0, terms) => terms.iter().fold(c0.0, |sum, (c, x)| sum + c.0 * of(x)),
             Node::Add(a, b) => of(a) + of(b),
@@ -95,6 +98,25 @@ impl Tick<'_> {
                     of(b)
                 }
             }
+        }
+    }
+
+    /// What a string gives.
+    fn of_string(&self, node: &Node, values: &IdMap<NodeId, f64>) -> f64 {
+        let Tick { model, state, .. } = *self;
+        let of = |n: &NodeId| values[n];
+        match node {
+            Node::Read(s, reading, place) => {
+                let strand = &model.strands[s];
+                state.strands[s].read(strand, *reading, of(place), model.rate_hz)
+            }
+            Node::Mean(s, all) => {
+                let all: Vec<f64> = all.iter().map(of).collect();
+                state.strands[s].mean(&model.strands[s], model.rate_hz, &all)
+            }
+            Node::Spread(s, place) => Strand::spread(model.strands[s].cell(of(place)).1),
+            Node::Grid(s, number) => model.strands[s].number(*number),
+            _ => 0.0,
         }
     }
 }

@@ -127,10 +127,6 @@ impl<'a> Rewriter<'a> {
             Node::Max(a, b) => self.max(n(self, a), n(self, b)),
             Node::Abs(a) => self.abs(n(self, a)),
             Node::Power(a, halves) => self.power(n(self, a), *halves),
-            Node::Function(function, a) => {
-                let a = n(self, a);
-                self.add(Node::Function(*function, a))
-            }
             Node::Compare(cmp, a, b) => self.compare(*cmp, n(self, a), n(self, b)),
             Node::And(a, b) => self.and(n(self, a), n(self, b)),
             Node::Or(a, b) => {
@@ -145,15 +141,11 @@ impl<'a> Rewriter<'a> {
                 let other = self.add(Node::Is(*m, 1));
                 self.not(other)
             }
-            Node::Tap(delay, ticks) => {
-                let ticks = n(self, ticks);
-                self.add(Node::Tap(*delay, ticks))
+            node => {
+                let mut node = node.clone();
+                node.map_operands(|operand| n(self, &operand));
+                self.add(node)
             }
-            Node::Tuned(delay, ticks, own) => {
-                let ticks = n(self, ticks);
-                self.add(Node::Tuned(*delay, ticks, *own))
-            }
-            leaf => self.add(leaf.clone()),
         }
     }
 
@@ -178,7 +170,7 @@ impl<'a> Rewriter<'a> {
 
     /// Whether it is the same for all keys, and stays so from tick to tick.
     fn is_common(&self, node: &Node) -> bool {
-        use Node::{Cell, Curvature, Is, Keyed, Noise, Sense, Slope, Tap, Tuned};
+        use Node::{Cell, Curvature, Is, Keyed, Mean, Noise, Read, Sense, Slope, Tap, Tuned};
         let of_key = matches!(
             node,
             Sense(_)
@@ -190,6 +182,8 @@ impl<'a> Rewriter<'a> {
                 | Noise(_)
                 | Tap(..)
                 | Tuned(..)
+                | Read(..)
+                | Mean(..)
         );
         !of_key
             && node

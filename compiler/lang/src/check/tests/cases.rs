@@ -3,9 +3,11 @@
 
 mod keyboards;
 mod slips;
+mod strings;
 
 pub use keyboards::KEYBOARDS;
 pub use slips::SLIPS;
+pub use strings::STRINGS;
 
 /// A mistake: a name for the snapshot, the codes of its messages in the order of the text, the
 /// program.

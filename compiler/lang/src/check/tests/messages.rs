@@ -1,7 +1,7 @@
 //! Every message of the checker, as it is shown.
 
 use super::super::Options;
-use super::cases::{Case, KEYBOARDS, MOTION, NAMES, RANGES, SLIPS, TYPES};
+use super::cases::{Case, KEYBOARDS, MOTION, NAMES, RANGES, SLIPS, STRINGS, TYPES};
 use super::check_text;
 use crate::diag::Code;
 use crate::diag::render;
@@ -143,7 +143,7 @@ fn too_many_calls_and_too_long_chains() {
 
 #[test]
 fn every_code_of_the_checker_has_a_case() {
-    let cases = [NAMES, TYPES, MOTION, RANGES, KEYBOARDS, SLIPS].concat();
+    let cases = [NAMES, TYPES, MOTION, RANGES, KEYBOARDS, SLIPS, STRINGS].concat();
     let all: Vec<&str> = cases.iter().flat_map(|case| case.codes).copied().collect();
     let elsewhere = [
         "WH0217", "WH0218", "WH0609", "WH0310", "WH0413", "WH0414", "WH0415", "WH0511", "WH0611",
@@ -153,6 +153,7 @@ fn every_code_of_the_checker_has_a_case() {
         ("WH0201".."WH0700").contains(n)
             && ![
                 "WH0501", "WH0502", "WH0504", "WH0512", "WH0513", "WH0514", "WH0515", "WH0619",
+                "WH0621",
             ]
             .contains(n)
     });
@@ -189,4 +190,9 @@ fn one_mistake_in_a_term_is_told_once() {
 #[test]
 fn slips() {
     insta::assert_snapshot!(shown(SLIPS));
+}
+
+#[test]
+fn strings() {
+    insta::assert_snapshot!(shown(STRINGS));
 }

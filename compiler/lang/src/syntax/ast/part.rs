@@ -1,4 +1,4 @@
-//! Lines of bodies.
+//! Lines of bodies and of strings.
 
 use super::{Expr, Name, RangeExpr};
 use whippen_source::Span;
@@ -56,4 +56,99 @@ pub enum BodyPart {
         /// The line.
         span: Span,
     },
+}
+
+/// A line of a `string`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StringPart {
+    /// `position u in a .. b, rate in a .. b`
+    Coordinate {
+        /// Name of the displacement; its prime is the rate.
+        name: Name,
+        /// Range of the displacement.
+        range: RangeExpr,
+        /// Range of the rate.
+        rate_range: RangeExpr,
+        /// The line.
+        span: Span,
+    },
+    /// `density expr`
+    Density {
+        /// Mass per length.
+        value: Expr,
+        /// The line.
+        span: Span,
+    },
+    /// `load expr`: the terms are added.
+    Load {
+        /// Force per length, all along.
+        value: Expr,
+        /// The line.
+        span: Span,
+    },
+    /// `force expr at place`: the terms are added.
+    Force {
+        /// Its value.
+        value: Expr,
+        /// Where it acts.
+        place: Expr,
+        /// The line.
+        span: Span,
+    },
+    /// `ends word` or `ends word, word`
+    Ends {
+        /// How the first end is held.
+        first: Name,
+        /// How the second one is held; as the first if absent.
+        second: Option<Name>,
+        /// The line.
+        span: Span,
+    },
+    /// `tuned tension to pitch`
+    Tuned {
+        /// The tension, which this line defines.
+        name: Name,
+        /// The frequency of the first mode.
+        pitch: Expr,
+        /// The line.
+        span: Span,
+    },
+    /// `friction f(v) at place against w = law`
+    Friction {
+        /// Its name.
+        name: Name,
+        /// The slip, by the name that it has in the law.
+        slip: Name,
+        /// Where it rubs.
+        place: Expr,
+        /// The speed that the slip is relative to.
+        against: Expr,
+        /// The force against the slip.
+        law: Expr,
+        /// The line.
+        span: Span,
+    },
+    /// `points expr`
+    Points {
+        /// How many points there are between the ends.
+        value: Expr,
+        /// The line.
+        span: Span,
+    },
+}
+
+impl StringPart {
+    /// The line.
+    pub fn span(&self) -> Span {
+        match self {
+            StringPart::Coordinate { span, .. }
+            | StringPart::Density { span, .. }
+            | StringPart::Load { span, .. }
+            | StringPart::Force { span, .. }
+            | StringPart::Ends { span, .. }
+            | StringPart::Tuned { span, .. }
+            | StringPart::Friction { span, .. }
+            | StringPart::Points { span, .. } => *span,
+        }
+    }
 }

@@ -31,7 +31,7 @@ const KINDS: &[WordKind] = &[
         needs: &["let"],
         covers: &[
             "sense", "live", "param", "let", "body", "states", "state", "next", "event", "pulse",
-            "hold", "force", "torque", "noise", "delay", "feed", "sound", "defined",
+            "hold", "force", "torque", "noise", "delay", "feed", "sound", "string", "defined",
         ],
         words: false,
     },
@@ -82,6 +82,14 @@ const KINDS: &[WordKind] = &[
         needs: &["torque"],
         covers: &[
             "angle", "position", "inertia", "mass", "torque", "force", "friction",
+        ],
+        words: false,
+    },
+    WordKind {
+        name: "a line of the string",
+        needs: &["load"],
+        covers: &[
+            "position", "density", "load", "force", "ends", "tuned", "points", "friction",
         ],
         words: false,
     },

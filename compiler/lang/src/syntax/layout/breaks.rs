@@ -125,7 +125,7 @@ impl Writer<'_> {
             Arrow => Some(9),
             Comma => Some(8),
             In | Equals | Assign | When => Some(7),
-            Slew | Over | Lasting | Glide | At if behind_value => Some(7),
+            Slew | Over | Lasting | Glide | At | To if behind_value => Some(7),
             DotDot => Some(6),
             Or => Some(5),
             And => Some(4),

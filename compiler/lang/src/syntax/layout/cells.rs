@@ -50,6 +50,7 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
         | RowKind::Sense
         | RowKind::States
         | RowKind::Body
+        | RowKind::String
         | RowKind::Action
         | RowKind::Noise => &[],
     };

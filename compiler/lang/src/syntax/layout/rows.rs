@@ -15,6 +15,7 @@ pub(super) enum RowKind {
     States,
     State,
     Body,
+    String,
     Event,
     /// `pulse`, `delay`.
     Pulse,
@@ -162,6 +163,10 @@ fn decl<'a>(pieces: &[Piece], decl: &'a Decl) -> Start<'a> {
             RowKind::Body,
             Inside::Plain(RowKind::Part, parts.iter().map(part_start).collect()),
         ),
+        DeclKind::String { parts, .. } => {
+            let all = parts.iter().map(|part| part.span().start).collect();
+            (RowKind::String, Inside::Plain(RowKind::Part, all))
+        }
         DeclKind::Event { actions, .. } => (
             RowKind::Event,
             Inside::Plain(RowKind::Action, starts(actions)),

@@ -51,6 +51,12 @@ fn is_named_by_keyword(tokens: &[Spanned<Token>], i: usize) -> bool {
     (torque || zones)
         && match back(2) {
             Some(Token::Open(_) | Token::Close(_) | Token::Sharp(_) | Token::Text(_)) => true,
+            // `noise noise`, and a `torque` behind it.
+            Some(Token::Noise)
+                if torque && back(3) == Some(Token::Noise) && !follows_sign(back(4)) =>
+            {
+                true
+            }
             // `noise torque`, and a definition behind it.
             Some(Token::Noise) if torque && !follows_sign(back(3)) => false,
             // A noise may be called as it likes.

@@ -191,9 +191,47 @@ impl Dice {
         }
     }
 
+    fn string_part(&mut self) -> StringPart {
+        let (value, span) = (self.value(), Span::default());
+        match self.below(8) {
+            6 => StringPart::Friction {
+                name: self.name(),
+                slip: self.name(),
+                place: value,
+                against: self.value(),
+                law: self.value(),
+                span,
+            },
+            0 => StringPart::Coordinate {
+                name: self.name(),
+                range: self.range(),
+                rate_range: self.range(),
+                span,
+            },
+            1 => StringPart::Density { value, span },
+            2 => StringPart::Load { value, span },
+            3 => StringPart::Force {
+                value,
+                place: self.value(),
+                span,
+            },
+            4 => StringPart::Ends {
+                first: self.name(),
+                second: self.maybe(Dice::name),
+                span,
+            },
+            5 => StringPart::Tuned {
+                name: self.name(),
+                pitch: value,
+                span,
+            },
+            _ => StringPart::Points { value, span },
+        }
+    }
+
     fn decl(&mut self) -> Decl {
         let (name, value) = (self.name(), self.value());
-        let kind = match self.below(16) {
+        let kind = match self.below(17) {
             0 => {
                 let (slew, over) = (self.maybe(Dice::value), self.maybe(Dice::value));
                 DeclKind::Sense {
@@ -263,6 +301,11 @@ impl Dice {
                 name,
                 side: self.maybe(Dice::name),
                 value,
+            },
+            15 => DeclKind::String {
+                name,
+                along: self.range(),
+                parts: self.some(0, Dice::string_part),
             },
             _ => DeclKind::Result { name, value },
         };

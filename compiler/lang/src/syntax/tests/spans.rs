@@ -100,6 +100,7 @@ places! {
         Delay { name ty range lasting },
         Feed { delay value },
         Sound { name side value },
+        String { name along parts },
         Hold { body guard },
         Force { name on value },
         Result { name value },
@@ -110,6 +111,16 @@ places! {
         Inertia { value span },
         Torque { value span },
         Friction { name slip against law span },
+    }
+    enum StringPart {
+        Coordinate { name range rate_range span },
+        Density { value span },
+        Load { value span },
+        Force { value place span },
+        Ends { first second span },
+        Tuned { name pitch span },
+        Friction { name slip place against law span },
+        Points { value span },
     }
     struct Transition { from to guard actions span }
     struct Action { kind span }

@@ -1,0 +1,297 @@
+//! Strings: two grids of words, one operator `wave` a tick, and what is read and pushed.
+//!
+//! ```text
+//!   v  displacement a tick, its range is that of the word      U  twice the displacement in v's unit
+//!   k0 = p + 2 q    k1 = -q    k2 = v    k3 = -(2 v + r)       p, q in Q31; v, r in Q32
+//! ```
+//!
+//! So k0 is at least 2 |k1| and |k3| at least 2 k2 whatever is rounded, and one sum of the words'
+//! largest values proves that the string is stable (`model::strand`).
+
+mod read;
+mod rub;
+
+use super::Lowerer;
+use super::format::{self, exp2};
+use super::real::{Real, Scale};
+use std::collections::HashMap;
+
+use whippen_ids::IdMap;
+use whippen_kernel::{Op, OpError, Range, Type, Value};
+use whippen_lang::model::{End, NodeId, Push, Strand, StrandId};
+
+/// Integers of what a force changes the rate by in a tick: a quarter of a word.
+const PUSH: Range = Range::new(-(1 << 29), (1 << 29) - 1);
+/// Bits of a force's change that are given to the weights.
+const PUSH_BITS: u8 = 2;
+/// Words that stand for what is not negative.
+const COEFFICIENT: Range = Range::new(0, i32::MAX as i64);
+
+/// What is known of strings while lowering.
+#[derive(Debug, Default)]
+pub(super) struct Strands {
+    grids: IdMap<StrandId, Grids>,
+    /// Words of strings that are rubbed, which have been ticked but for their friction.
+    begun: HashMap<StrandId, Begun>,
+    /// What is told of each.
+    pub lowered: Vec<LoweredStrand>,
+}
+
+/// Where a string is kept.
+#[derive(Debug, Clone, Copy)]
+struct Grids {
+    /// Cells of U and v.
+    u: u32,
+    v: u32,
+    /// Points between the ends.
+    points: u32,
+    /// Unit of v (m a tick).
+    lsb: f64,
+}
+
+/// A string in integers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoweredStrand {
+    /// Which.
+    pub strand: StrandId,
+    /// Cells of twice its displacements and of its displacements a tick, point by point.
+    pub cells: [u32; 2],
+    /// Unit of the latter (m a tick); of the former it is half of that.
+    pub lsb: f64,
+    /// The sum that is 2 or less where a string is stable, of its largest integer coefficients.
+    pub sum: f64,
+    /// Bound on what one tick rounds of a rate (m/s); infinite where the string is rubbed.
+    pub error: f64,
+}
+
+/// A string in the middle of a tick.
+#[derive(Debug, Clone, Copy)]
+struct Begun {
+    /// The mean of its rates before and after the tick without friction, where it is rubbed.
+    mean: Real,
+}
+
+/// What a tick of a string takes.
+#[derive(Debug, Clone)]
+pub(super) struct Words {
+    /// `k0` to `k3`; none of a string that has been ticked.
+    coefficients: Option<[Value; 4]>,
+    pushes: Vec<PushWords>,
+    hold: Option<Value>,
+}
+
+/// What four points are pushed by.
+#[derive(Debug, Clone, Copy)]
+struct PushWords {
+    /// Index of the first point.
+    first: Value,
+    changes: [Value; 4],
+}
+
+impl Lowerer<'_> {
+    /// Declares the grids. Names end in a hard keyword, so that they meet no name of the program.
+    pub(super) fn declare_strings(&mut self) {
+        let rate_hz = f64::from(self.step.model.rate_hz);
+        for strand in &self.step.model.strands {
+            let points = strand.parts - 1;
+            let word = Type::I32.range();
+            let name = format!("{}.body", strand.name);
+            let u = self.b.grid(&name, Type::I32, points, word, 0);
+            let v = self.b.grid(&format!("{name}'"), Type::I32, points, word, 0);
+            self.strands.grids.push(Grids {
+                u,
+                v,
+                points,
+                lsb: strand.rate / rate_hz * exp2(-31),
+            });
+        }
+    }
+
+    /// What the strings are ticked with, from this tick's values.
+    pub(super) fn string_words(&mut self) -> Result<Vec<Words>, OpError> {
+        let strands = self.step.model.strands.enumerated();
+        strands
+            .map(|(id, strand)| {
+                let item = format!("string {}", strand.name);
+                self.from_item(&item, |s| s.words_of(id, strand))
+            })
+            .collect()
+    }
+
+    fn words_of(&mut self, id: StrandId, strand: &Strand) -> Result<Words, OpError> {
+        let mut words = match self.strands.begun.contains_key(&id) {
+            false => self.words_without_friction(id, strand)?,
+            true => {
+                let rub = strand.friction.iter();
+                let pushes = rub.map(|rub| self.push_words(id, &rub.push));
+                Words {
+                    coefficients: None,
+                    pushes: pushes.collect::<Result<_, _>>()?,
+                    hold: None,
+                }
+            }
+        };
+        words.hold = strand.hold.map(|held| self.bool(held)).transpose()?;
+        Ok(words)
+    }
+
+    fn words_without_friction(&mut self, id: StrandId, strand: &Strand) -> Result<Words, OpError> {
+        let coefficients = Some(self.coefficients(id, strand)?);
+        let mut pushes = Vec::new();
+        for push in &strand.pushes {
+            pushes.push(self.push_words(id, push)?);
+        }
+        Ok(Words {
+            coefficients,
+            pushes,
+            hold: None,
+        })
+    }
+
+    /// `k0` to `k3`, which are proven to be stable.
+    fn coefficients(&mut self, id: StrandId, strand: &Strand) -> Result<[Value; 4], OpError> {
+        let [p, q, v, r] = strand.coefficients;
+        let (p, p_off) = self.string_coefficient(p, 31)?;
+        let (q, q_off) = self.string_coefficient(q, 31)?;
+        let (v, v_off) = self.string_coefficient(v, 32)?;
+        let (r, r_off) = self.string_coefficient(r, 32)?;
+        let zero = self.constant(0)?;
+        let twice = self.b.op(Op::Shl(1), &[q])?;
+        let k0 = self.b.op(Op::Add, &[p, twice])?;
+        let k1 = self.b.op(Op::Sub, &[zero, q])?;
+        let twice = self.b.op(Op::Shl(1), &[v])?;
+        let lost = self.b.op(Op::Add, &[twice, r])?;
+        let k3 = self.b.op(Op::Sub, &[zero, lost])?;
+        let size = |value: Value, bits: i32| {
+            let range = self.b.range(value);
+            range.high.max(-range.low) as f64 * exp2(-bits)
+        };
+        let sum = 2.0 * (size(k0, 31) + 2.0 * size(k1, 31)) + size(k3, 32) + 2.0 * size(v, 32);
+        if sum > 2.0 {
+            // `check` has chosen the points so that this cannot be.
+            return Err(OpError::Misused { op: Op::Wave(0, 0) });
+        }
+        let Grids {
+            u, v: rates, lsb, ..
+        } = self.strands.grids[id];
+        // Four products, and coefficients that are so many units off times half a word.
+        let off = 0.5 * (p_off + 3.0 * q_off + 3.0 * v_off + r_off);
+        self.strands.lowered.push(LoweredStrand {
+            strand: id,
+            cells: [u, rates],
+            lsb,
+            sum,
+            error: match &strand.friction {
+                Some(_) => f64::INFINITY,
+                None => (2.0 + off) * lsb * f64::from(self.step.model.rate_hz),
+            },
+        });
+        Ok([k0, k1, v, k3])
+    }
+
+    /// A coefficient with so many bits behind the point, and how many units it may be off.
+    fn string_coefficient(&mut self, node: NodeId, bits: i32) -> Result<(Value, f64), OpError> {
+        let unit = exp2(-bits);
+        if let Some(constant) = self.step.model.dag.real(node) {
+            let word = format::quantize(constant, unit).clamp(0, COEFFICIENT.high);
+            return Ok((self.constant(word)?, 0.5));
+        }
+        let real = self.real(node)?;
+        let kept = self.saturated(real, Scale::plain(unit), COEFFICIENT)?;
+        Ok((kept.value, kept.error.max(kept.beside) / unit))
+    }
+
+    /// A value in a unit, and how many units it may be off.
+    fn word_of(&mut self, node: NodeId, unit: f64, range: Range) -> Result<Real, OpError> {
+        let real = self.real(node)?;
+        let kept = self.saturated(real, Scale::plain(unit), range)?;
+        Ok(Real::new(kept.value, unit, kept.error.max(kept.beside)))
+    }
+
+    fn push_words(&mut self, id: StrandId, push: &Push) -> Result<PushWords, OpError> {
+        let lsb = self.strands.grids[id].lsb;
+        let change = self.word_of(push.change, lsb, PUSH)?;
+        let inherited = change.error;
+        let change = change.value;
+        let size = self.b.range(change);
+        let most = size.high.max(-size.low) as f64 * lsb;
+        let change = self.b.op(Op::Shl(PUSH_BITS), &[change])?;
+        let place = self.place(id, push.place)?;
+        let mut changes = Vec::new();
+        for weight in self.weights(place)? {
+            changes.push(self.b.op(Op::MulTop, &[change, weight])?);
+        }
+        let error = inherited + 2.0 * lsb + self.off_by_place(id, place) * most;
+        let rate_hz = f64::from(self.step.model.rate_hz);
+        if let Some(own) = self.strands.lowered.last_mut() {
+            own.error += error * rate_hz;
+        }
+        let first = self.first_point(place)?;
+        let [a, b, c, d] = changes[..] else {
+            return Err(OpError::Misused { op: Op::MulTop });
+        };
+        Ok(PushWords {
+            first,
+            changes: [a, b, c, d],
+        })
+    }
+
+    /// Moves the strings one tick on; nothing reads them any more.
+    pub(super) fn tick_strings(&mut self, words: &[Words]) -> Result<(), OpError> {
+        for ((id, strand), words) in self.step.model.strands.enumerated().zip(words) {
+            let item = format!("string {}", strand.name);
+            self.from_item(&item, |s| s.tick_string(id, strand, words))?;
+        }
+        Ok(())
+    }
+
+    fn tick_string(&mut self, id: StrandId, strand: &Strand, words: &Words) -> Result<(), OpError> {
+        let Grids { u, v, points, .. } = self.strands.grids[id];
+        if let Some(coefficients) = words.coefficients {
+            let mut operands = coefficients.to_vec();
+            for end in strand.ends {
+                operands.push(self.constant(match end {
+                    End::Pinned => 0,
+                    End::Clamped => 2,
+                })?);
+            }
+            self.b.effect(Op::Wave(u, v), &operands)?;
+        }
+        for push in &words.pushes {
+            for (at, change) in push.changes.into_iter().enumerate() {
+                let at = self.constant(at as i64)?;
+                let point = self.b.op(Op::Add, &[push.first, at])?;
+                self.pushed(id, point, change)?;
+            }
+        }
+        let Some(held) = words.hold else {
+            return Ok(());
+        };
+        self.b.if_else(
+            held,
+            |b| {
+                let zero = b.constant(Type::I32, 0)?;
+                b.repeat(points, &[], |b, point, _| {
+                    b.effect(Op::SetAt(u), &[point, zero])?;
+                    b.effect(Op::SetAt(v), &[point, zero])?;
+                    Ok(Vec::new())
+                })
+            },
+            |_| Ok(Vec::new()),
+        )?;
+        Ok(())
+    }
+
+    /// Changes the rate of a point, and its displacement with it.
+    fn pushed(&mut self, id: StrandId, point: Value, change: Value) -> Result<(), OpError> {
+        let Grids { u, v, .. } = self.strands.grids[id];
+        let before = self.b.op(Op::GetAt(v), &[point])?;
+        let after = self.b.op(Op::AddSat, &[before, change])?;
+        self.b.effect(Op::SetAt(v), &[point, after])?;
+        let way = self.b.op(Op::SubWrap, &[after, before])?;
+        let way = self.b.op(Op::ShlWrap(1), &[way])?;
+        let place = self.b.op(Op::GetAt(u), &[point])?;
+        let place = self.b.op(Op::AddWrap, &[place, way])?;
+        self.b.effect(Op::SetAt(u), &[point, place])
+    }
+}

@@ -1,0 +1,339 @@
+//! What is read of a string at a place: the cubic through four points, and its slope.
+//!
+//! Displacements wrap, so only differences of neighbours are taken of them; a displacement is the
+//! sum of those from where the string begins, in 64 bits.
+
+use super::super::Lowerer;
+use super::super::format::{self, exp2};
+use super::super::real::Real;
+use super::Grids;
+use whippen_kernel::{Op, OpError, Range, Type, Value};
+use whippen_lang::model::{NodeId, Reading, Strand, StrandId};
+
+/// Bits behind the point of a place in parts.
+const PLACE: u8 = 20;
+/// Bits behind the point of weights.
+pub(super) const WEIGHT: u8 = 30;
+/// What is in a word by a weight is so many bits coarser.
+const COARSER: i32 = 32 - WEIGHT as i32;
+/// Bits of a displacement that is read.
+const DISPLACEMENT: i32 = 30;
+
+/// A place on a string.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Place {
+    /// Known: the point before it (0 is the end), and how much of a part is between.
+    Constant(u32, f64),
+    /// The point before it, the part between with [`WEIGHT`] bits, and how far both are off (m).
+    Computed {
+        before: Value,
+        part: Value,
+        error: f64,
+    },
+}
+
+impl Lowerer<'_> {
+    /// A place (m from where the string begins), held to two parts from either end.
+    pub(super) fn place(&mut self, id: StrandId, place: NodeId) -> Result<Place, OpError> {
+        let strand = &self.step.model.strands[id];
+        if let Some(place) = self.step.model.dag.real(place) {
+            let (before, part) = strand.cell(place);
+            return Ok(Place::Constant(before, part));
+        }
+        let (parts, nearest) = (i64::from(strand.parts), i64::from(Strand::NEAREST));
+        let unit = strand.part() * exp2(-i32::from(PLACE));
+        let range = Range::new(nearest << PLACE, ((parts - nearest) << PLACE) - 1);
+        let Real { value, error, .. } = self.word_of(place, unit, range)?;
+        let before = self.b.op(Op::Sar(PLACE), &[value])?;
+        let whole = self.b.op(Op::Shl(PLACE), &[before])?;
+        let part = self.b.op(Op::Sub, &[value, whole])?;
+        // What is left of whole parts.
+        let part = self.b.op(Op::Assume(0, (1 << PLACE) - 1), &[part])?;
+        let part = self.b.op(Op::Shl(WEIGHT - PLACE), &[part])?;
+        Ok(Place::Computed {
+            before,
+            part,
+            error: error + unit,
+        })
+    }
+
+    /// Index of the first of the four points around a place.
+    pub(super) fn first_point(&mut self, place: Place) -> Result<Value, OpError> {
+        match place {
+            Place::Constant(before, _) => self.constant(i64::from(before) - 2),
+            Place::Computed { before, .. } => {
+                let two = self.constant(2)?;
+                self.b.op(Op::Sub, &[before, two])
+            }
+        }
+    }
+
+    /// What the four points count, in [`WEIGHT`] bits.
+    pub(super) fn weights(&mut self, place: Place) -> Result<[Value; 4], OpError> {
+        let part = match place {
+            Place::Constant(_, part) => return self.constants(Strand::weights(part)),
+            Place::Computed { part, .. } => part,
+        };
+        let both = self.part_and_rest(part)?;
+        let one = self.constant(1 << WEIGHT)?;
+        let rest = self.b.op(Op::Sub, &[one, part])?;
+        // (2 + z)/2, from 1 to 1.125.
+        let half = self.b.op(Op::Sar(1), &[both])?;
+        let inner = self.b.op(Op::Add, &[one, half])?;
+        let outer = self.outer(both, part)?;
+        Ok([
+            outer[0],
+            self.inner(rest, inner)?,
+            self.inner(part, inner)?,
+            outer[1],
+        ])
+    }
+
+    /// `z = part (1 - part)`
+    fn part_and_rest(&mut self, part: Value) -> Result<Value, OpError> {
+        let one = self.constant((1 << WEIGHT) - 1)?;
+        let rest = self.b.op(Op::Sub, &[one, part])?;
+        let doubled = [
+            self.b.op(Op::Shl(1), &[part])?,
+            self.b.op(Op::Shl(1), &[rest])?,
+        ];
+        let both = self.b.op(Op::MulTop, &doubled)?;
+        // A product of two parts of one.
+        self.b.op(Op::Assume(0, 1 << (WEIGHT - 2)), &[both])
+    }
+
+    /// `side (2 + z)/2`
+    fn inner(&mut self, side: Value, inner: Value) -> Result<Value, OpError> {
+        let product = self.b.op(Op::MulTop, &[side, inner])?;
+        let product = self.b.op(Op::Shl(2), &[product])?;
+        // Between 0 and 1.
+        self.b.op(Op::Assume(0, (1 << WEIGHT) + 8), &[product])
+    }
+
+    /// `-z (2 - part)/6` and `-z (1 + part)/6`
+    fn outer(&mut self, both: Value, part: Value) -> Result<[Value; 2], OpError> {
+        let sixth = self.constant(format::quantize(1.0 / 6.0, exp2(-33)))?;
+        let half = self.b.op(Op::Sar(1), &[part])?;
+        let zero = self.constant(0)?;
+        let shifted = self.b.op(Op::Shl(2), &[both])?;
+        let mut found = [zero; 2];
+        let starts = [(1_i64 << WEIGHT, Op::Sub), (1 << (WEIGHT - 1), Op::Add)];
+        for (found, (start, op)) in found.iter_mut().zip(starts) {
+            let start = self.constant(start)?;
+            let side = self.b.op(op, &[start, half])?;
+            let side = self.b.op(Op::MulTop, &[side, sixth])?;
+            let product = self.b.op(Op::MulTop, &[shifted, side])?;
+            *found = self.b.op(Op::Sub, &[zero, product])?;
+        }
+        Ok(found)
+    }
+
+    /// What the three differences between them count in the slope.
+    fn slopes(&mut self, place: Place) -> Result<[Value; 3], OpError> {
+        let part = match place {
+            Place::Constant(_, part) => return self.constants(Strand::slopes(part)),
+            Place::Computed { part, .. } => part,
+        };
+        let both = self.part_and_rest(part)?;
+        let weight = |value: f64| format::quantize(value, exp2(-i32::from(WEIGHT)));
+        // al^2 = al - z, so (2 - 6 al + 3 al^2)/6 = 1/3 - al/2 - z/2.
+        let half = self.b.op(Op::Sar(1), &[part])?;
+        let other = self.b.op(Op::Sar(1), &[both])?;
+        let third = self.constant(weight(1.0 / 3.0))?;
+        let sixth = self.constant(weight(1.0 / 6.0))?;
+        let middle = self.constant(weight(5.0 / 6.0))?;
+        let sum = self.b.op(Op::Add, &[half, other])?;
+        let first = self.b.op(Op::Sub, &[third, sum])?;
+        let middle = self.b.op(Op::Add, &[middle, both])?;
+        let difference = self.b.op(Op::Sub, &[half, other])?;
+        let last = self.b.op(Op::Sub, &[difference, sixth])?;
+        Ok([first, middle, last])
+    }
+
+    fn constants<const N: usize>(&mut self, weights: [f64; N]) -> Result<[Value; N], OpError> {
+        let mut values = [self.constant(0)?; N];
+        for (value, weight) in values.iter_mut().zip(weights) {
+            *value = self.constant(format::quantize(weight, exp2(-i32::from(WEIGHT))))?;
+        }
+        Ok(values)
+    }
+
+    /// A displacement, a rate or a slope at a place.
+    pub(in super::super) fn read_string(
+        &mut self,
+        id: StrandId,
+        reading: Reading,
+        place: NodeId,
+    ) -> Result<Real, OpError> {
+        let strand = &self.step.model.strands[id];
+        let known = self.step.model.dag.real(place);
+        if reading == Reading::Slope
+            && let Some(end) = known.and_then(|place| strand.is_end(place))
+        {
+            return self.slope_at_end(id, end);
+        }
+        let place = self.place(id, place)?;
+        match reading {
+            Reading::Rate => self.rate_at(id, place),
+            Reading::Slope => self.slope_at(id, place),
+            Reading::Displacement => self.displacement_at(id, place),
+        }
+    }
+
+    /// By how much of the largest value at a point what is read or pushed may be off, because the
+    /// place is.
+    pub(super) fn off_by_place(&self, id: StrandId, place: Place) -> f64 {
+        /// Slopes of the four weights, and what they are rounded by themselves.
+        const STEEP: f64 = 4.0;
+        const ROUNDED: f64 = 1.0 / 134_217_728.0;
+        match place {
+            Place::Constant(..) => 0.0,
+            Place::Computed { error, .. } => {
+                STEEP * error / self.step.model.strands[id].part() + ROUNDED
+            }
+        }
+    }
+
+    fn rate_at(&mut self, id: StrandId, place: Place) -> Result<Real, OpError> {
+        let Grids { v, lsb, .. } = self.strands.grids[id];
+        let first = self.first_point(place)?;
+        let weights = self.weights(place)?;
+        let mut sum = self.constant(0)?;
+        // From the middle outwards no sum of what is there leaves its word.
+        for at in [1, 2, 0, 3] {
+            let point = self.offset(first, at)?;
+            let rate = self.b.op(Op::GetAt(v), &[point])?;
+            sum = self.b.op(Op::MacTop, &[sum, rate, weights[at as usize]])?;
+        }
+        let unit = lsb * exp2(COARSER) * f64::from(self.step.model.rate_hz);
+        let reach = self.step.model.strands[id].rate;
+        let error = 2.5 * unit + reach * self.off_by_place(id, place);
+        Ok(Real::new(sum, unit, error))
+    }
+
+    pub(super) fn offset(&mut self, first: Value, by: i64) -> Result<Value, OpError> {
+        let by = self.constant(by)?;
+        self.b.op(Op::Add, &[first, by])
+    }
+
+    /// The differences between four points.
+    fn steps(&mut self, id: StrandId, first: Value) -> Result<[Value; 3], OpError> {
+        let u = self.strands.grids[id].u;
+        let mut before = self.b.op(Op::GetAt(u), &[first])?;
+        let mut steps = [before; 3];
+        for (at, step) in steps.iter_mut().enumerate() {
+            let point = self.offset(first, at as i64 + 1)?;
+            let here = self.b.op(Op::GetAt(u), &[point])?;
+            *step = self.b.op(Op::SubWrap, &[here, before])?;
+            before = here;
+        }
+        Ok(steps)
+    }
+
+    /// A slope at an end, by the first or last part.
+    fn slope_at_end(&mut self, id: StrandId, end: usize) -> Result<Real, OpError> {
+        let Grids { u, points, lsb, .. } = self.strands.grids[id];
+        let unit = 0.5 * lsb / self.step.model.strands[id].part();
+        let point = self.constant([0, i64::from(points) - 1][end])?;
+        let value = self.b.op(Op::GetAt(u), &[point])?;
+        if end == 0 {
+            return Ok(Real::new(value, unit, 0.0));
+        }
+        let zero = self.constant(0)?;
+        let value = self.b.op(Op::SubSat, &[zero, value])?;
+        Ok(Real::new(value, unit, unit))
+    }
+
+    fn slope_at(&mut self, id: StrandId, place: Place) -> Result<Real, OpError> {
+        let lsb = self.strands.grids[id].lsb;
+        let strand = &self.step.model.strands[id];
+        let (part, reach) = (
+            strand.part(),
+            strand.reach(Reading::Slope, self.step.model.rate_hz),
+        );
+        let first = self.first_point(place)?;
+        let slopes = self.slopes(place)?;
+        let steps = self.steps(id, first)?;
+        let mut sum = self.constant(0)?;
+        for (step, slope) in steps.into_iter().zip(slopes) {
+            sum = self.b.op(Op::MacTop, &[sum, step, slope])?;
+        }
+        let unit = 0.5 * lsb / part * exp2(COARSER);
+        // A slope jumps from part to part.
+        let jumps = match place {
+            Place::Constant(..) => 0.0,
+            Place::Computed { .. } => 2.0 * reach.magnitude(),
+        };
+        Ok(Real::new(sum, unit, 2.5 * unit + jumps))
+    }
+
+    fn displacement_at(&mut self, id: StrandId, place: Place) -> Result<Real, OpError> {
+        let lsb = 0.5 * self.strands.grids[id].lsb;
+        let strand = &self.step.model.strands[id];
+        let range = strand.range;
+        let rounds = match place {
+            Place::Constant(before, _) => before,
+            Place::Computed { .. } => strand.parts - Strand::NEAREST - 1,
+        };
+        let bend = strand.largest_bend(self.step.model.rate_hz);
+        let sum = self.summed(id, place, rounds)?;
+        let first = self.first_point(place)?;
+        let weights = self.weights(place)?;
+        let [before, here, after] = self.steps(id, first)?;
+        // u_i + -I_0 e_(i-1) + (I_2 + I_3) e_i + I_3 e_(i+1)
+        let zero = self.constant(0)?;
+        let outer = self.b.op(Op::Sub, &[zero, weights[0]])?;
+        let inner = self.b.op(Op::Add, &[weights[2], weights[3]])?;
+        let mut rest = zero;
+        for (step, weight) in [(before, outer), (here, inner), (after, weights[3])] {
+            rest = self.b.op(Op::MacTop, &[rest, step, weight])?;
+        }
+        let rest = self.b.op(Op::Widen, &[rest])?;
+        let rest = self.b.op(Op::Shl(COARSER as u8), &[rest])?;
+        let sum = self.b.op(Op::Add, &[sum, rest])?;
+        // In a unit in which the whole range is a word.
+        let shift = (0..32)
+            .find(|n| range.magnitude() <= lsb * exp2(n + DISPLACEMENT))
+            .unwrap_or(31);
+        let unit = lsb * exp2(shift);
+        let sum = self.b.op(Op::SarRound(shift as u8), &[sum])?;
+        let ends = format::inside(range, unit);
+        let sum = self.clamped(sum, ends)?;
+        let value = self.b.op(Op::Narrow, &[sum])?;
+        let error = 1.5 * unit + 2.0 * exp2(COARSER) * lsb + bend * self.off_by_place(id, place);
+        Ok(Real::new(value, unit, error))
+    }
+
+    /// The displacement of the point before a place, in 64 bits.
+    fn summed(&mut self, id: StrandId, place: Place, rounds: u32) -> Result<Value, OpError> {
+        let u = self.strands.grids[id].u;
+        let most = i64::from(rounds + 1) << 31;
+        let range = Range::new(-most, most);
+        let zero = self.constant(0)?;
+        let start = self.b.constant(Type::I64, 0)?;
+        let limit = match place {
+            Place::Constant(..) => None,
+            Place::Computed { before, .. } => Some(before),
+        };
+        let word = Type::I32.range();
+        let results = self.b.repeat(
+            rounds,
+            &[(start, range), (zero, word)],
+            |b, round, carried| {
+                let here = b.op(Op::GetAt(u), &[round])?;
+                let mut step = b.op(Op::SubWrap, &[here, carried[1]])?;
+                if let Some(limit) = limit {
+                    let is_before = b.op(Op::Lt, &[round, limit])?;
+                    let none = b.constant(Type::I32, 0)?;
+                    step = b.op(Op::Select, &[is_before, step, none])?;
+                }
+                let step = b.op(Op::Widen, &[step])?;
+                let sum = b.op(Op::Add, &[carried[0], step])?;
+                // So many steps of a word each.
+                let sum = b.op(Op::Assume(-most, most), &[sum])?;
+                Ok(vec![sum, here])
+            },
+        )?;
+        Ok(results[0])
+    }
+}

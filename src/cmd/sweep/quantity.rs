@@ -1,0 +1,120 @@
+//! What a sweep measures at each point.
+
+use std::str::FromStr;
+
+use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::device::Device;
+use whippen_runtime::engine::EngineKind;
+use whippen_runtime::gesture;
+use whippen_runtime::measure::{DEFINITIONS, Definition, Protocol, measure as measure_key};
+use whippen_runtime::session::{self, Keep, Recording, Run};
+
+/// A number of a run of the bundled gesture: its name, its unit as titles write it, and how it is
+/// read.
+type OfRun = (&'static str, &'static str, fn(&Run) -> Option<f64>);
+
+const OF_RUN: [OfRun; 4] = [
+    ("strikes", "", |run| Some(run.happenings.strikes as f64)),
+    ("events", "", |run| Some(run.happenings.events as f64)),
+    ("greatest_force", "n", greatest_force),
+    ("drive_clipped", "ticks", |run| {
+        Some(run.counts.drive_clipped as f64)
+    }),
+];
+
+/// A number that is wanted.
+#[derive(Debug, Clone, Copy)]
+pub enum SweptNumber {
+    /// As `whippen measure` finds it.
+    Measured(Definition),
+    /// Of a run.
+    Run(&'static OfRun),
+}
+
+impl FromStr for SweptNumber {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<SweptNumber, String> {
+        let measured = DEFINITIONS.iter().find(|d| d.name == text);
+        let run = OF_RUN.iter().find(|r| r.0 == text);
+        let found = measured.map(|d| SweptNumber::Measured(*d));
+        found.or(run.map(SweptNumber::Run)).ok_or_else(|| {
+            let names = DEFINITIONS.iter().map(|d| d.name);
+            let names = names.chain(OF_RUN.iter().map(|r| r.0));
+            let names: Vec<&str> = names.collect();
+            format!("measured are {}", names.join(", "))
+        })
+    }
+}
+
+impl SweptNumber {
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            SweptNumber::Measured(definition) => definition.name,
+            SweptNumber::Run(run) => run.0,
+        }
+    }
+
+    /// Its name with the unit last.
+    pub fn title(&self) -> String {
+        match self {
+            SweptNumber::Measured(definition) => definition.title(),
+            SweptNumber::Run((name, "", _)) => (*name).to_string(),
+            SweptNumber::Run((name, unit, _)) => format!("{name}_{unit}"),
+        }
+    }
+
+    /// Whether it is of a key that is pressed.
+    pub fn is_of_key(&self) -> bool {
+        matches!(self, SweptNumber::Measured(_))
+    }
+}
+
+/// Measures what is wanted.
+///
+/// # Errors
+/// The engine cannot be built on this machine, in words.
+pub fn measure(
+    wanted: &[SweptNumber],
+    compiled: &Compiled,
+    device: &Device,
+    engine: EngineKind,
+) -> Result<Vec<Option<f64>>, String> {
+    let key = wanted.iter().any(SweptNumber::is_of_key).then(|| {
+        let protocol = Protocol::of(&compiled.model, engine);
+        measure_key(compiled, device, &protocol)
+    });
+    let key = key.transpose().map_err(|why| why.to_string())?;
+    let is_of_run = |wanted: &SweptNumber| !wanted.is_of_key();
+    let run = wanted
+        .iter()
+        .any(is_of_run)
+        .then(|| play(compiled, device, engine));
+    let run = run.transpose()?;
+    let value = |wanted: &SweptNumber| match wanted {
+        SweptNumber::Measured(definition) => key.as_ref()?.value(definition.name),
+        SweptNumber::Run((_, _, of)) => of(run.as_ref()?),
+    };
+    Ok(wanted.iter().map(value).collect())
+}
+
+/// The bundled gesture, with its forces kept.
+fn play(compiled: &Compiled, device: &Device, engine: EngineKind) -> Result<Run, String> {
+    let gesture = gesture::bundled(&compiled.model);
+    let rate_hz = compiled.model.rate_hz;
+    let positions = gesture.positions(rate_hz);
+    let move_to = |tick: usize, places: &mut [f64]| places.fill(positions[tick]);
+    let force = session::roles(compiled).total;
+    let mut columns = session::recorded(compiled, device, engine, &[]);
+    columns.retain(|column| column.heading.title() == force);
+    let recording = Recording::new(columns, Keep::Everything);
+    let motion = (positions.len(), move_to);
+    let run = session::record(compiled, device, engine, motion, recording, |_| {});
+    run.map_err(|why| why.to_string())
+}
+
+fn greatest_force(run: &Run) -> Option<f64> {
+    let (low, high) = run.trace.columns.first()?.record.extent()?;
+    Some(high.abs().max(low.abs()))
+}
