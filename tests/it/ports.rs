@@ -107,7 +107,10 @@ fn what_needs_one_port_is_refused() {
 
 #[test]
 fn a_whole_image_protects_every_motor() {
-    let shell = bead().with("dial.whip", PROGRAMS[4].1);
+    let dial = PROGRAMS
+        .iter()
+        .find(|(name, _)| *name == "dial-and-lever.whip");
+    let shell = bead().with("dial.whip", dial.expect("it is there").1);
     shell.ends(0, &["build", "bead.whip", "-o", "x.elf"]);
     shell.refuses(
         2,
