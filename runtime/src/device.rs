@@ -27,7 +27,7 @@ use whippen_compiler::scales::PortScales;
 
 use crate::files::{FileError, InputKind, read_text};
 pub use mechanics::{FeltStops, Mechanics};
-pub use port::{Drive, Port, Sensor};
+pub use port::{Drive, Port, Sensor, Stands};
 
 /// The bundled devices: file and text.
 const BUNDLED: &[(&str, &str)] = &[

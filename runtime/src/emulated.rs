@@ -72,6 +72,8 @@ pub struct Emulated {
     kernels: Vec<Kernel>,
     /// Keys that are played; the board may have more.
     keys: usize,
+    /// Words in and out of a key.
+    words_of_key: [usize; 2],
     frames: Frames,
     /// Bytes of events taken, by core and zone.
     taken: Vec<Vec<u32>>,
@@ -108,8 +110,11 @@ impl Emulated {
     ) -> Result<Emulated, String> {
         let board = board::bundled(on.kind.name()).ok_or("there is no board to emulate")?;
         let first = instruments.first().ok_or("there are no keys")?;
-        // Each core has a key at least.
-        let count = layout.keys.max(board.cores).max(on.keys);
+        // Each core has a key at least, but for an instrument that is played once.
+        let count = match first.model.is_of_key() {
+            true => layout.keys.max(board.cores).max(on.keys),
+            false => layout.keys,
+        };
         let on_board = layout.with_keys(count).map_err(|e| e.to_string())?;
         let setup = image::setup(first, device, count, board.cores, FIRST_NOTE)?;
         let of_image =
@@ -124,7 +129,11 @@ impl Emulated {
             .map_err(|e| e.to_string())?;
         let kernels = parts.into_iter().map(|part| part.modes.kernel).collect();
         let keys = layout.keys as usize;
-        Emulated::loaded(built, kernels, keys, setup.rate_hz, &board, on.kind)
+        let mut emulated = Emulated::loaded(built, kernels, keys, setup.rate_hz, &board, on.kind)?;
+        let kernel = &first.lowered.kernel;
+        emulated.words_of_key =
+            [kernel.inputs.len(), kernel.outputs.len()].map(|words| words.max(1));
+        Ok(emulated)
     }
 
     /// The board with its image, about to start.
@@ -137,6 +146,7 @@ impl Emulated {
         kind: BoardKind,
     ) -> Result<Emulated, String> {
         let converter = ConverterSetup {
+            // The firmware says how many words there are.
             keys: image.keys_of_cores.iter().sum(),
             rate_hz,
         };
@@ -161,6 +171,7 @@ impl Emulated {
             image,
             kernels,
             keys,
+            words_of_key: [1, 1],
             frames: Frames::default(),
             taken,
             load,
@@ -223,14 +234,20 @@ impl Emulated {
         if !in_time || self.ticks()? != tick || self.missed()? > 0 {
             return Err(self.late());
         }
-        for (key, word) in drive.iter_mut().enumerate() {
-            *word = self.drive_word(key)?;
+        let outs = self.words_of_key[1];
+        for (at, word) in drive.iter_mut().enumerate() {
+            *word = self.drive_word(at / outs, at % outs)?;
         }
         Ok(())
     }
 
-    /// The drive word of a key in the tick that was served last.
-    fn drive_word(&self, key: usize) -> Result<i16, String> {
+    /// Words each way of a key.
+    fn words_each_way(&self) -> usize {
+        self.words_of_key[0].max(self.words_of_key[1])
+    }
+
+    /// A drive word of a key in the tick that was served last.
+    fn drive_word(&self, key: usize, port: usize) -> Result<i16, String> {
         let keys_of_cores = &self.image.keys_of_cores;
         let first = keys_of_cores[0] as usize;
         let (core, own) = if key < first {
@@ -239,7 +256,9 @@ impl Emulated {
             (1, key - first)
         };
         let row = self.block(core, core_block::ROW)?;
-        let address = row + drive_offset_bytes(keys_of_cores[core]) + 2 * own as u32;
+        let each_way = self.words_each_way() as u32;
+        let distance = drive_offset_bytes(keys_of_cores[core] * each_way);
+        let address = row + distance + 2 * (own as u32 * each_way + port as u32);
         let mut bytes = [0; 2];
         self.read(address, &mut bytes)?;
         Ok(i16::from_le_bytes(bytes))
@@ -248,13 +267,14 @@ impl Emulated {
     /// Sensor words for one tick; a key that only the board has does what the last one does.
     fn give(&mut self, words: &[u16]) -> Result<(), String> {
         let count = self.image.keys_of_cores.iter().sum::<u32>() as usize;
-        let last = words.last().copied().unwrap_or(0);
-        let row: Vec<u16> = words[..self.keys.min(words.len())]
-            .iter()
-            .copied()
-            .chain(std::iter::repeat(last))
-            .take(count)
-            .collect();
+        let ([ins, _], each_way) = (self.words_of_key, self.words_each_way());
+        let mut row: Vec<u16> = Vec::new();
+        for key in 0..count {
+            let own = key.min(self.keys.saturating_sub(1)) * ins;
+            let words = words.iter().skip(own).take(ins).copied();
+            // What is driven and not measured has a word in that nobody reads.
+            row.extend(words.chain(std::iter::repeat(0)).take(each_way));
+        }
         self.converter()?.samples.extend(row);
         Ok(())
     }

@@ -9,13 +9,16 @@
 //!
 //! Not here: the firmware itself (the compiler), files.
 
-use whippen_compiler::firmware::{Instrument, Midi, Motor, Passivity, Setup, divide_equally};
+use whippen_compiler::firmware::{
+    GuardedDrive, GuardedPort, Instrument, Midi, Motor, Passivity, Setup, divide_equally,
+};
 use whippen_compiler::image::{Place, places};
+use whippen_compiler::model::Sense;
 use whippen_compiler::modes::Modes;
 use whippen_compiler::pipeline::{CompileError, Compiled, Observer, specialize};
 use whippen_compiler::source::SourceMap;
 
-use crate::device::Device;
+use crate::device::{Device, Port, Stands};
 
 /// The part of the sensed range at either end where a constant word is no fault.
 const END: f64 = 0.1;
@@ -78,13 +81,8 @@ pub fn setup(
     cores: u32,
     first_note: u8,
 ) -> Result<Setup, String> {
-    setup_with_motor(
-        compiled,
-        device,
-        divide_equally(keys, cores),
-        first_note,
-        motor(device)?,
-    )
+    let ports = guarded_ports(compiled, device, None)?;
+    setup_of_ports(compiled, device, (keys, cores), first_note, ports)
 }
 
 /// As [`setup`], for somebody who only bounds cycles: a motor's numbers are constants of code that
@@ -104,27 +102,33 @@ pub fn setup_to_bound(
         peak_ms: 100,
         newton: 1024,
     };
-    setup_with_motor(
-        compiled,
-        device,
-        divide_equally(keys, cores),
-        first_note,
-        motor(device).unwrap_or(some),
-    )
+    let ports = guarded_ports(compiled, device, Some(some))?;
+    setup_of_ports(compiled, device, (keys, cores), first_note, ports)
 }
 
-fn setup_with_motor(
+/// The setup of so many keys on so many cores. What is no instrument of a key is played once, by
+/// the first core.
+fn setup_of_ports(
     compiled: &Compiled,
     device: &Device,
-    keys: Vec<u32>,
+    (keys, cores): (u32, u32),
     first_note: u8,
-    motor: Motor,
+    ports: Vec<GuardedPort>,
 ) -> Result<Setup, String> {
+    let keys = match compiled.model.is_of_key() {
+        true => divide_equally(keys, cores),
+        false if keys == 1 => vec![1],
+        false => {
+            return Err(format!(
+                "`{}` has ports that no key has and is played once, not on {keys} keys",
+                compiled.model.name
+            ));
+        }
+    };
     Ok(Setup {
         keys,
         rate_hz: compiled.model.rate_hz,
-        motor,
-        mid_travel: mid_travel(compiled, device),
+        ports,
         first_note: first_note.into(),
         passivity: passivity(device, f64::from(compiled.model.rate_hz))?,
     })
@@ -174,6 +178,77 @@ fn passivity(device: &Device, rate_hz: f64) -> Result<Option<Passivity>, String>
     }
 }
 
+/// What is guarded of a key, or of each port of an instrument that is played once; this motor
+/// stands in where the device says nothing of its own.
+fn guarded_ports(
+    compiled: &Compiled,
+    device: &Device,
+    instead: Option<Motor>,
+) -> Result<Vec<GuardedPort>, String> {
+    let model = &compiled.model;
+    if model.is_of_key() {
+        let motor = match (motor(device), instead) {
+            (Err(_), Some(some)) => some,
+            (found, _) => found?,
+        };
+        return Ok(vec![GuardedPort {
+            mid_travel: mid_travel(model.senses.first(), device.port()),
+            rails: [true; 2],
+            update_ticks: 1,
+            drive: Some(GuardedDrive { word: 0, motor }),
+        }]);
+    }
+    let drives = model.drives();
+    let ports = device.ports_of(model);
+    let guarded = (0..).zip(model.senses.iter().zip(ports));
+    let guarded = guarded.map(|(number, (sense, port))| {
+        let word = drives.iter().position(|drive| *drive == number);
+        let drive = |word: usize| {
+            let motor = match (motor_of_port(device, port), instead) {
+                (Err(_), Some(some)) => some,
+                (found, _) => found?,
+            };
+            let word = word as u32;
+            Ok::<_, String>(GuardedDrive { word, motor })
+        };
+        let is_beyond = |end: f64, rail: u16| port.word(end).0 != rail;
+        let rate_hz = f64::from(model.rate_hz);
+        Ok(GuardedPort {
+            mid_travel: mid_travel(Some(sense), port),
+            rails: [
+                is_beyond(sense.range.low, 0),
+                is_beyond(sense.range.high, u16::MAX),
+            ],
+            update_ticks: (port.sensor.update_hz).map_or(1, |hz| (rate_hz / hz).ceil() as u32),
+            drive: word.map(drive).transpose()?,
+        })
+    });
+    guarded.collect()
+}
+
+/// What the drive of a port stands: word 32768 is the most that it gives.
+fn motor_of_port(device: &Device, port: &Port) -> Result<Motor, String> {
+    let Stands { rated, peak_s } = port.stands.ok_or_else(|| {
+        format!(
+            "the device `{}` does not say what the motor of its port `{name}` stands, and an image protects it: add \
+             `[port.{name}.motor]` with `rated` and `peak_time` to its file",
+            device.name,
+            name = port.name
+        )
+    })?;
+    let full_scale = port.drive().full_scale;
+    Ok(Motor {
+        rated: (32_768.0 * rated / full_scale).floor() as u32,
+        peak_ms: (1000.0 * peak_s).floor() as u32,
+        newton: newton(full_scale),
+    })
+}
+
+/// The word of 1 N, or of 1 N*m, as far as there are words.
+fn newton(full_scale: f64) -> u32 {
+    (32_768.0 / full_scale).round().clamp(1.0, 32_767.0) as u32
+}
+
 /// Word 32768 is the peak current.
 fn motor(device: &Device) -> Result<Motor, String> {
     let motor = device.motor.ok_or_else(|| {
@@ -186,21 +261,15 @@ fn motor(device: &Device) -> Result<Motor, String> {
     Ok(Motor {
         rated: (32_768.0 * motor.rated_a / motor.peak_a).floor() as u32,
         peak_ms: (1000.0 * motor.peak_s).floor() as u32,
-        newton: (32_768.0 / device.drive().full_scale)
-            .round()
-            .clamp(1.0, 32_767.0) as u32,
+        newton: newton(device.drive().full_scale),
     })
 }
 
-fn mid_travel(compiled: &Compiled, device: &Device) -> [u16; 2] {
-    let Some(range) = compiled.model.senses.first().map(|sense| sense.range) else {
+fn mid_travel(sense: Option<&Sense>, port: &Port) -> [u16; 2] {
+    let Some(range) = sense.map(|sense| sense.range) else {
         return [0, u16::MAX];
     };
-    let at = |part: f64| {
-        device
-            .word_of_position(range.low + part * (range.high - range.low))
-            .0
-    };
+    let at = |part: f64| port.word(range.low + part * (range.high - range.low)).0;
     [at(END), at(1.0 - END)]
 }
 

@@ -123,7 +123,8 @@ fn dump_kernel(
 fn dump_image(map: &SourceMap, program: &Program, model: &Model, observer: Observer) -> Outcome {
     let device = load::device(None, map, program, model)?;
     let board = setup::find_board(None, program.keyboards.first())?;
-    let layout = Layout::of_one_instrument(&model.name, setup::KEYS, setup::FIRST_NOTE);
+    let layout =
+        Layout::of_one_instrument(&model.name, setup::usual_keys(model), setup::FIRST_NOTE);
     let compiled = load::compiled_observed(map, model.clone(), &device, false, observer)?;
     let instrument = ImageInstrument::new(&compiled, INSTRUCTIONS, Some(map), observer)
         .map_err(|error| load::report_compile_error(map, error))?;

@@ -73,7 +73,11 @@ impl BoardArgs {
         device: &Device,
         on: EmulatedBoard,
     ) -> Outcome {
-        let keys = on.keys.max(on.cores());
+        // What is no instrument of a key is played once, by the first core.
+        let keys = match model.is_of_key() {
+            true => on.keys.max(on.cores()),
+            false => on.keys,
+        };
         let layout = Layout::of_one_instrument(&model.name, keys, FIRST_NOTE);
         self.prove(map, &[model], layout, device, on.kind)
     }

@@ -61,6 +61,11 @@ pub const FIRST_NOTE: u8 = 21;
 /// How many keys there are where nobody says otherwise.
 pub const KEYS: u32 = 88;
 
+/// As many keys, or one: what is no instrument of a key is played once.
+pub fn usual_keys(model: &Model) -> u32 {
+    if model.is_of_key() { KEYS } else { 1 }
+}
+
 /// Everything that code is made of.
 pub struct ImageSetup {
     pub map: SourceMap,
@@ -177,8 +182,7 @@ impl SetupArgs {
         program: &Program,
         model: &Model,
     ) -> Result<ImageSetup, Failure> {
-        // What is no instrument of a key is played once.
-        let usual = if model.is_of_key() { KEYS } else { 1 };
+        let usual = usual_keys(model);
         let (keys, first_note) = program
             .keyboards
             .first()
@@ -292,21 +296,6 @@ impl ImageSetup {
         }
     }
 
-    /// That the firmware has the ports of every instrument.
-    fn check_ports(&self) -> Result<(), Failure> {
-        let mut models = self.instruments.iter().map(|compiled| &compiled.model);
-        let Some(model) = models.find(|model| !model.is_of_key()) else {
-            return Ok(());
-        };
-        let names: Vec<&str> = model.senses.iter().map(|s| s.name.as_str()).collect();
-        Err(Failure::Usage(format!(
-            "the firmware of whole images is one of keys, each with a sensor and a drive, and `{}` has the ports `{}`; \
-             build it for a project of your own (-o x.c, -o x.o), or run it here with --engine jit",
-            model.name,
-            names.join("`, `")
-        )))
-    }
-
     /// The image of the keys that are wanted.
     pub fn build(&self, instruments: &[ImageInstrument]) -> Result<FirmwareImage, Failure> {
         self.build_with(instruments, self.keys, image::setup)
@@ -329,7 +318,6 @@ impl ImageSetup {
         setup: impl Fn(&Compiled, &Device, u32, u32, u8) -> Result<firmware::Setup, String>,
     ) -> Result<FirmwareImage, Failure> {
         self.check_supported()?;
-        self.check_ports()?;
         let (cores, first_note) = (self.board.cores, self.layout.first_note);
         let setup =
             setup(self.first(), &self.device, keys, cores, first_note).map_err(Failure::Usage)?;
@@ -347,8 +335,12 @@ impl ImageSetup {
         })
     }
 
-    /// Keys that an image can have, at least and at most: each core has 1 to 255.
+    /// Keys that an image can have, at least and at most: each core has 1 to 255, and what is no
+    /// instrument of a key is played once.
     pub fn keys_possible(&self) -> [u32; 2] {
+        if !self.first().model.is_of_key() {
+            return [1, 1];
+        }
         [self.board.cores, 255 * self.board.cores]
     }
 
@@ -364,7 +356,9 @@ impl ImageSetup {
                 let [least, most] = self.keys_possible();
                 Failure::Usage(format!("{error}: give {least} to {most} with --keys"))
             }
-            ImageError::Ports(..) | ImageError::Firmware(_) => Failure::Usage(error.to_string()),
+            ImageError::Ports(..) | ImageError::Once(_) | ImageError::Firmware(_) => {
+                Failure::Usage(error.to_string())
+            }
         }
     }
 }

@@ -33,7 +33,9 @@ pub struct Watch {
 impl Observer for Watch {
     fn instruction(&mut self, step: &Step<'_>) {
         let core = step.core & 1;
-        let Some(&place) = self.places[core].get(&step.address) else {
+        // A core that plays nothing waits in its ROM.
+        let places = self.places.get(core);
+        let Some(&place) = places.and_then(|own| own.get(&step.address)) else {
             return;
         };
         if let Some((mode, began)) = self.open[core].take() {
@@ -120,7 +122,7 @@ impl<'a> Board<'a> {
 
     /// Plays words, so many ticks of all keys, counting from here on.
     pub fn play(&mut self, words: Vec<u16>, alone: bool, watch: &mut Watch) {
-        let ticks = words.len() / self.image.keys.iter().sum::<u32>() as usize;
+        let ticks = words.len() / self.image.words_each_way();
         self.converter().samples.extend(words);
         let last = self.converter().ticks() + ticks as u32;
         while self.converter().ticks() < last {

@@ -86,6 +86,13 @@ impl Image {
         })
     }
 
+    /// Words each way in a tick.
+    pub fn words_each_way(&self) -> usize {
+        let kernel = &self.modes.kernel;
+        let of_key = kernel.inputs.len().max(kernel.outputs.len());
+        of_key * self.keys.iter().sum::<u32>() as usize
+    }
+
     pub fn name(&self) -> &str {
         &self.compiled.model.name
     }

@@ -4,7 +4,7 @@
 use whippen_compiler::budget::TickHandlerBound;
 use whippen_compiler::firmware::RUNNING;
 use whippen_compiler::kernel::random::Rng;
-use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_emulator::BoardKind;
 use whippen_runtime::device::Device;
 
@@ -232,4 +232,36 @@ fn nor_on_a_cortex_m4() {
         .map(|compiled| play(BoardKind::Stm32f4, compiled, KEYS))
         .sum();
     println!("{keys} ticks of a key");
+}
+
+#[test]
+fn instruments_with_several_ports() {
+    for file in ["two-axis-spring.whip", "pad.whip", "dial-and-lever.whip"] {
+        let found = common::PROGRAMS.iter().find(|(name, _)| *name == file);
+        let (_, text) = found.expect("a program");
+        let observed = common::compiled(file, text, &[]).remove(0);
+        for kind in BoardKind::ALL {
+            let (model, device) = (observed.model.clone(), Device::of(&observed.model));
+            let compiled =
+                compile(model, device.scales(), false).unwrap_or_else(|e| panic!("{e:?}"));
+            let image = Image::on(kind, compiled, 1);
+            let mut board = Board::new(&image);
+            let mut watch = Watch::new(&image);
+            let words = image.words_each_way();
+            let mut all: [Source; 2] = [noise(11, words), strokes(12, words)];
+            board.play(all[0](0).repeat(START), false, &mut Watch::new(&image));
+            for source in &mut all {
+                let words = (0..4 * ticks()).flat_map(&mut *source).collect();
+                board.play(words, false, &mut watch);
+            }
+            board.has_stack_left();
+            assert_eq!(image.cores.len(), 1);
+            let (key, frame) = holds(&image, &watch, 0, &image.cores[0].contended, 0);
+            assert!(
+                watch.frames_seen[0] as usize + 4 >= 8 * ticks(),
+                "it played"
+            );
+            println!("{file} on {}: key {key}, frame {frame}", kind.name());
+        }
+    }
 }

@@ -61,7 +61,10 @@ fn every_board_has_the_functions_of_the_table() {
     for board in ["rp2350", "rp2040", "stm32f4"] {
         let board = board::bundled(board).expect("it is bundled");
         let support = support(&board).unwrap_or_else(|e| panic!("{e}"));
-        let texts: Vec<_> = sources(&support).into_iter().flatten().collect();
+        let texts: Vec<_> = sources(&support, &crate::rig::setup())
+            .into_iter()
+            .flatten()
+            .collect();
         for name in &names {
             let label = format!("\n{name}:");
             let has = texts.iter().filter(|source| source.text.contains(&label));

@@ -98,21 +98,20 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
         }
         constants => constants.expect("constants"),
     };
-    constants.extend(frame_constants(
-        if form == Form::Far {
-            255
-        } else {
-            setup.keys[0]
+    let of_frame = match form {
+        Form::Far => Setup {
+            keys: vec![255],
+            ..setup.clone()
         },
-        board,
-        0,
-    ));
+        _ => setup.clone(),
+    };
+    constants.extend(frame_constants(&of_frame, board, 0));
     constants.insert("ZONES".to_string(), (form == Form::Zones).into());
     if form == Form::Far {
         constants.insert("RECORD".to_string(), 252);
     }
     let mut compared = 0;
-    for (index, texts) in sources(board).into_iter().enumerate() {
+    for (index, texts) in sources(board, setup).into_iter().enumerate() {
         let text: String = texts.iter().map(|source| source.text).collect();
         let object =
             assemble(&texts, &constants, board.board.arch).unwrap_or_else(|e| panic!("{e}"));

@@ -1,8 +1,8 @@
 //! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
 
 use whippen_compiler::firmware::{
-    CORES, CoreCode, Instrument, Midi, Motor, ProgramCode, Setup, build_image, core_block,
-    key_guard,
+    CORES, CoreCode, GuardedDrive, GuardedPort, Instrument, Midi, Motor, ProgramCode, Setup,
+    build_image, core_block, key_guard,
 };
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
@@ -46,17 +46,26 @@ pub fn kernel_of(file: &str, text: &str) -> Kernel {
         .kernel
 }
 
+/// The port of a key with this motor.
+pub fn guarded(motor: Motor) -> GuardedPort {
+    GuardedPort {
+        mid_travel: [6000, 60_000],
+        rails: [true; 2],
+        update_ticks: 1,
+        drive: Some(GuardedDrive { word: 0, motor }),
+    }
+}
+
 /// What `mikey` stands.
 pub fn setup() -> Setup {
     Setup {
         keys: vec![44, 44],
         rate_hz: RATE_HZ,
-        motor: Motor {
+        ports: vec![guarded(Motor {
             rated: RATED,
             peak_ms: 100,
             newton: NEWTON,
-        },
-        mid_travel: [6000, 60_000],
+        })],
         first_note: 21,
         passivity: None,
     }

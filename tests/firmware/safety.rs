@@ -1,6 +1,6 @@
 //! Faults are put in, and the firmware does what it promises.
 
-use crate::rig::{KEYS, NEWTON, Rig, setup};
+use crate::rig::{KEYS, NEWTON, Rig, guarded, setup};
 use whippen_compiler::firmware::core_block;
 use whippen_compiler::firmware::{Motor, Setup};
 use whippen_compiler::kernel::{Kernel, parse};
@@ -134,7 +134,14 @@ fn a_hot_motor_is_held_at_its_rated_current() {
         peak_ms: 4,
         newton: NEWTON,
     };
-    let mut rig = Rig::with(&[&kernel], 0, &Setup { motor, ..setup() });
+    let mut rig = Rig::with(
+        &[&kernel],
+        0,
+        &Setup {
+            ports: vec![guarded(motor)],
+            ..setup()
+        },
+    );
     let deep = |tick: usize| 62_000 + (tick % 8) as u16;
     play(&mut rig, 500, |_, key| (key == 30).then_some(32_768));
     let drives = play(&mut rig, 2500, |tick, key| {

@@ -3,11 +3,12 @@
 
 use whippen_compiler::check::Options;
 use whippen_compiler::front::compile_front;
+use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::lower::LoweredEventKind;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_compiler::source::SourceMap;
 use whippen_emulator::BoardKind;
-use whippen_runtime::device::Device;
+use whippen_runtime::device::{Device, Stands};
 use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::engine::{Engine, EngineKind};
 use whippen_runtime::session::run;
@@ -172,4 +173,111 @@ fn a_tick_is_late_by_its_whole_frame() {
     let error = longest_tick(cycles - 12).expect_err("is late");
     assert!(error.contains("a tick is missed"), "{error}");
     assert!(error.contains("3 and 3 keys take more than"), "{error}");
+}
+
+/// A program with several ports as `build` has it, and its device with motors that stand most of
+/// their force.
+fn with_ports(file: &str) -> (Compiled, Device) {
+    let (_, text) = common::PROGRAMS
+        .into_iter()
+        .find(|(name, _)| *name == file)
+        .expect("a program");
+    let model = common::compiled(file, text, &[]).remove(0).model;
+    let mut device = Device::of(&model);
+    for port in &mut device.ports {
+        port.stands = port.drive.map(|drive| Stands {
+            rated: 0.9 * drive.full_scale,
+            peak_s: 1.0,
+        });
+    }
+    let compiled = compile(model, device.scales(), false).unwrap_or_else(|e| panic!("{e:?}"));
+    (compiled, device)
+}
+
+#[test]
+fn several_ports_play_the_same_on_every_board() {
+    for (file, driven) in [
+        ("two-axis-spring.whip", 2),
+        ("pad.whip", 0),
+        ("dial-and-lever.whip", 2),
+    ] {
+        let (compiled, device) = with_ports(file);
+        for board in BoardKind::ALL {
+            let name = format!("{file} on {}", board.name());
+            let ports = compiled.model.senses.len();
+            let kinds = [EngineKind::Interp, EngineKind::Emulated(board.into())];
+            let mut engines = kinds.map(|kind| {
+                Engine::new(kind, &compiled, &device, 1).unwrap_or_else(|e| panic!("{name}: {e}"))
+            });
+            let (mut rng, mut says, mut happened) = (Rng::new(7), vec![0; driven], 0);
+            let mut row = vec![0x8000_u16; ports];
+            row[ports - 1] = 0;
+            for tick in 0..3000 {
+                // Each port holds for some ticks, moves a little, or jumps.
+                for word in &mut row {
+                    match rng.below(24) {
+                        0 => *word = rng.below(1 << 16) as u16,
+                        1..6 => *word = word.saturating_add(rng.below(400) as u16),
+                        6..11 => *word = word.saturating_sub(rng.below(400) as u16),
+                        _ => {}
+                    }
+                }
+                let outcomes = engines.each_mut().map(|engine| {
+                    let mut drive = vec![0_i16; driven];
+                    if tick == 0 {
+                        engine.start(&row);
+                    }
+                    engine.tick(&row, &mut drive);
+                    (drive, engine.drain())
+                });
+                let trouble = engines[1].board().and_then(|board| board.trouble());
+                assert_eq!(trouble, None, "{name}: tick {tick}");
+                assert_eq!(outcomes[1], outcomes[0], "{name}: tick {tick}");
+                for (count, word) in says.iter_mut().zip(&outcomes[0].0) {
+                    *count += usize::from(*word != 0);
+                }
+                happened += outcomes[0].1.len();
+            }
+            assert!(says.iter().all(|count| *count > 1000), "{name}: {says:?}");
+            let emits = !compiled.lowered.events.is_empty();
+            assert!(happened > 0 || !emits, "{name}: nothing happened");
+            let load = engines[1].board().expect("a board").load();
+            assert_eq!(load.cores.len(), 1, "{name}");
+            let core = load.cores[0];
+            assert_eq!((core.missed, core.faults), (0, 0), "{name}");
+        }
+    }
+}
+
+/// The drive words after so many ticks of these words, and the faults of the board by then.
+fn after(compiled: &Compiled, device: &Device, row: &[u16], ticks: usize) -> (Vec<i16>, u32) {
+    let kind = EngineKind::Emulated(BoardKind::Rp2350.into());
+    let mut engine = Engine::new(kind, compiled, device, 1).expect("an engine");
+    let mut drive = vec![0; 2];
+    engine.start(row);
+    for _ in 0..ticks {
+        engine.tick(row, &mut drive);
+    }
+    let board = engine.board().expect("a board");
+    assert_eq!(board.trouble(), None);
+    (drive, board.load().cores[0].faults)
+}
+
+#[test]
+fn a_port_at_a_rail_frees_the_instrument_where_nothing_is_sensed_there() {
+    let (compiled, mut device) = with_ports("dial-and-lever.whip");
+    let row = [0x9000, 0xffff, 0xffff];
+    // As the program senses up to there, it is a place like any other.
+    let (drive, faults) = after(&compiled, &device, &row, 1000);
+    assert!(drive.iter().all(|word| *word != 0) && faults == 0);
+    device.ports[1].sensor.high = 0.021;
+    let fit = compile(compiled.model.clone(), device.scales(), false).expect("it lowers");
+    let (drive, faults) = after(&fit, &device, &row, 400);
+    assert!(drive.iter().all(|word| *word != 0) && faults == 0);
+    assert_eq!(after(&fit, &device, &row, 520), (vec![0; 2], 2));
+    // A sensor that is read every 20 ms has four updates.
+    device.ports[1].sensor.update_hz = Some(50.0);
+    let fit = compile(compiled.model, device.scales(), false).expect("it lowers");
+    assert_eq!(after(&fit, &device, &row, 520).1, 0);
+    assert_eq!(after(&fit, &device, &row, 3700), (vec![0; 2], 2));
 }

@@ -101,9 +101,24 @@ fn what_needs_one_port_is_refused() {
         &run(&["--device", "mikey"]),
         &["the device `mikey` has one port"],
     );
-    let whole = ["a sensor and a drive", "`x`, `y`", "-o x.c"];
-    shell.refuses(2, &run(&["--engine", "emulated"]), &whole);
-    shell.refuses(2, &["build", "bead.whip", "-o", "x.elf"], &whole);
+    let twice = ["build", "bead.whip", "--keys", "2", "-o", "x.elf"];
+    shell.refuses(2, &twice, &["played once, not on 2 keys"]);
+}
+
+#[test]
+fn a_whole_image_protects_every_motor() {
+    let dial = PROGRAMS
+        .iter()
+        .find(|(name, _)| *name == "dial-and-lever.whip");
+    let shell = bead().with("dial.whip", dial.expect("it is there").1);
+    shell.ends(0, &["build", "bead.whip", "-o", "x.elf"]);
+    shell.refuses(
+        2,
+        &["build", "dial.whip", "-o", "x.elf"],
+        &["the motor of its port `dial`", "[port.dial.motor]"],
+    );
+    // Its time is the same with any motor.
+    shell.ends(0, &["budget", "dial.whip"]);
 }
 
 #[test]

@@ -59,6 +59,14 @@ alarmed:
         ldr     r2, =DISTANCE
         adds    r0, r0, r2
         adds    r1, r1, r2
+        .if     PORTS                   @ one gain is for all words
+        movs    r2, #WORDS
+        movs    r5, #0
+        str     r5, [r3]
+@! rounds WORDS
+1:      strh    r5, [r0]
+        strh    r5, [r1]
+        .else
         movs    r2, #KEYS
         movs    r5, #0
         .if     RECORD > 255
@@ -77,6 +85,7 @@ alarmed:
         adds    r3, r3, r6
         .else
         adds    r3, #RECORD
+        .endif
         .endif
         .endif
         adds    r0, #2

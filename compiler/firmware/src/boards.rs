@@ -6,6 +6,8 @@ use whippen_arm::asm::Source;
 use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
+use super::ports::Guards;
+
 /// The firmware of a board: texts for its start, and the board that they are assembled for.
 #[derive(Debug, Clone, Copy)]
 pub struct Support<'a> {
@@ -234,6 +236,30 @@ const SHARED: &[Source<'static>] = &[
     },
 ];
 
+/// Where the exceptions of a core go.
+const EXCEPTIONS: Source<'static> = Source {
+    name: "firmware/exceptions.s",
+    text: include_str!("exceptions.s"),
+};
+
+/// The converter's interrupt.
+const TICK: Source<'static> = Source {
+    name: "firmware/tick.s",
+    text: include_str!("tick.s"),
+};
+
+/// The same in the instructions of ARMv6-M.
+const SMALL_TICK: Source<'static> = Source {
+    name: "firmware/v6m/tick.s",
+    text: include_str!("v6m/tick.s"),
+};
+
+/// What is guarded of ports, in instructions that all cores have.
+const PORTS: Source<'static> = Source {
+    name: "firmware/ports.s",
+    text: include_str!("ports.s"),
+};
+
 /// What frames of all cores have.
 const ALARM: Source<'static> = Source {
     name: "firmware/alarm.s",
@@ -242,14 +268,8 @@ const ALARM: Source<'static> = Source {
 
 /// Of a core, one after the other.
 const FRAME: &[Source<'static>] = &[
-    Source {
-        name: "firmware/exceptions.s",
-        text: include_str!("exceptions.s"),
-    },
-    Source {
-        name: "firmware/tick.s",
-        text: include_str!("tick.s"),
-    },
+    EXCEPTIONS,
+    TICK,
     ALARM,
     Source {
         name: "firmware/service.s",
@@ -265,9 +285,12 @@ const FRAME: &[Source<'static>] = &[
     },
 ];
 
-/// The texts that are assembled once.
-pub(super) fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>> {
-    let core1 = (board.board.stacks.len() > 1).then_some(CORE1);
+/// The texts that are assembled once, where so many cores play.
+pub(super) fn shared<'a>(
+    board: &Support<'a>,
+    cores: usize,
+) -> impl Iterator<Item = Source<'a>> + use<'a> {
+    let core1 = (cores > 1).then_some(CORE1);
     SHARED
         .iter()
         .copied()
@@ -275,26 +298,21 @@ pub(super) fn shared<'a>(board: &Support<'a>) -> impl Iterator<Item = Source<'a>
         .chain(board.rest.iter().copied())
 }
 
-/// The frame of a core, one text after the other.
-pub(super) fn frame<'a>(board: &Support<'a>) -> Vec<Source<'a>> {
-    let own = if board.board.arch == Arch::V6M {
-        SMALL_FRAME
-    } else {
-        FRAME
+/// The frame of a core, one text after the other: of keys, or of an instrument with ports.
+pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards) -> Vec<Source<'a>> {
+    let own = match (guards, board.board.arch) {
+        (Guards::Keys, Arch::V6M) => SMALL_FRAME,
+        (Guards::Keys, _) => FRAME,
+        (Guards::Ports, Arch::V6M) => &[EXCEPTIONS, SMALL_TICK, ALARM, PORTS],
+        (Guards::Ports, _) => &[EXCEPTIONS, TICK, ALARM, PORTS],
     };
     own.iter().copied().chain([board.tick]).collect()
 }
 
 /// The frame in the instructions of ARMv6-M.
 const SMALL_FRAME: &[Source<'static>] = &[
-    Source {
-        name: "firmware/exceptions.s",
-        text: include_str!("exceptions.s"),
-    },
-    Source {
-        name: "firmware/v6m/tick.s",
-        text: include_str!("v6m/tick.s"),
-    },
+    EXCEPTIONS,
+    SMALL_TICK,
     ALARM,
     Source {
         name: "firmware/v6m/service.s",

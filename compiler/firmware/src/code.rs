@@ -104,6 +104,7 @@ pub(super) fn compile_keys(
     let split = plans.iter().flatten().any(|core| core.zones.len() > 1);
     let mut compiler = KeysCompiler {
         instruments,
+        setup,
         arch,
         record_bytes: 0,
         compiled: Vec::new(),
@@ -136,6 +137,7 @@ struct CodeKey {
 /// Compiles keys, and remembers what is compiled.
 struct KeysCompiler<'a> {
     instruments: &'a [Instrument<'a>],
+    setup: &'a Setup,
     arch: Arch,
     /// The least bytes of a record.
     record_bytes: u32,
@@ -208,7 +210,7 @@ impl KeysCompiler<'_> {
             instrument,
             keys,
             abi: TickAbi {
-                drive_offset: drive_offset_bytes(keys_of_core),
+                drive_offset: drive_offset_bytes(self.setup.words_of(keys_of_core)),
                 record_bytes_min: self.record_bytes,
             },
         };

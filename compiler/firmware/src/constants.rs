@@ -7,6 +7,7 @@ use whippen_isa::imm::thumb_shrink_imm;
 
 use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
 use super::offsets::assembly_constants;
+use super::ports::Guards;
 use super::{FirmwareError, Motor, Passivity, Setup, Support, drive_offset_bytes};
 
 /// What the offset of a load reaches.
@@ -21,6 +22,9 @@ const GAIN: u32 = 4;
 const TURNS: u64 = 16;
 /// How long force takes to come back.
 const RAMP_MS: u64 = 20;
+/// How long a sensor's word stays at a rail, and in mid-travel, before it is judged.
+pub(super) const RAIL_MS: u64 = 10;
+pub(super) const FROZEN_MS: u64 = 100;
 
 /// The constants that programs, a keyboard and a board give the texts.
 ///
@@ -37,8 +41,12 @@ pub fn constants(
         return Err(FirmwareError::Programs(programs.len()));
     };
     let stacks = &board.board.stacks;
-    if setup.keys.len() != stacks.len() {
-        return Err(FirmwareError::Cores(setup.keys.len(), stacks.len()));
+    let cores_playing = match setup.guards() {
+        Guards::Keys => stacks.len(),
+        Guards::Ports => 1,
+    };
+    if setup.keys.len() != cores_playing {
+        return Err(FirmwareError::Cores(setup.keys.len(), cores_playing));
     }
     if let Some(keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(FirmwareError::Keys(*keys));
@@ -56,17 +64,18 @@ pub fn constants(
         let first = core.zones.first();
         first.and_then(|zone| zone.layout().gain(0)).unwrap_or(GAIN)
     };
-    let rate = u64::from(setup.rate_hz);
-    let heat = heat(&setup.motor, rate)?;
-    let ticks = |ms: u64| ms * rate / 1000;
+    let ticks = |ms: u64| ticks(ms, setup.rate_hz);
     let mut all = assembly_constants();
     let mut put = |name: &str, value: u64| {
         all.insert(name.to_string(), value as i64);
     };
-    put("CORES", stacks.len() as u64);
+    put("CORES", cores_playing as u64);
     for (core, (&keys, code)) in setup.keys.iter().zip(cores).enumerate() {
         put(&format!("KEYS{core}"), keys.into());
-        put(&format!("DISTANCE{core}"), drive_offset_bytes(keys).into());
+        let words = setup.words_of(keys);
+        put(&format!("WORDS{core}"), words.into());
+        put(&format!("GUARDS{core}"), setup.guards_of(keys).into());
+        put(&format!("DISTANCE{core}"), drive_offset_bytes(words).into());
         put(&format!("GAINS{core}"), gain(code).into());
         put(&format!("STACK{core}"), stacks[core].into());
     }
@@ -74,24 +83,39 @@ pub fn constants(
     put("GAIN", GAIN.into());
     put("ZONES", is_split(programs).into());
     put("FIRST_NOTE", setup.first_note.into());
-    put("STEP", (65_536 * TURNS).div_ceil(ticks(RAMP_MS).max(TURNS)));
+    let turns = match setup.guards() {
+        Guards::Keys => TURNS,
+        // One gain is for all ports, and moves in every tick.
+        Guards::Ports => 1,
+    };
+    put("STEP", (65_536 * turns).div_ceil(ticks(RAMP_MS).max(turns)));
+    let ports = match setup.guards() {
+        Guards::Keys => 0,
+        Guards::Ports => setup.ports.len() as u64,
+    };
+    put("PORTS", ports);
+    put("SMALL", (board.board.arch == Arch::V6M).into());
     put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));
-    put("RATED2", heat.rated2);
-    put("HEAT_SHIFT", heat.shift);
-    put("HEAT_MAX", heat.max);
-    put("CEILING_HOT", rounded(2 * setup.motor.rated).into());
-    put("MOVED", rounded(setup.motor.newton).into());
-    put("AGE_RAIL", ticks(10).min(0xffff));
-    put("AGE_FROZEN", ticks(100).min(0xffff));
+    if let Some(motor) = setup.motor_of_keys() {
+        let heat = Heat::of(&motor, setup.rate_hz, TURNS)?;
+        put("RATED2", heat.rated2);
+        put("HEAT_SHIFT", heat.shift);
+        put("HEAT_MAX", heat.max);
+        put("CEILING_HOT", rounded(2 * motor.rated).into());
+        put("MOVED", rounded(motor.newton).into());
+        put("AGE_RAIL", ticks(RAIL_MS).min(0xffff));
+        put("AGE_FROZEN", ticks(FROZEN_MS).min(0xffff));
+        let [low, high] = setup.ports[0].mid_travel;
+        put("MID_LOW", low.into());
+        put("MID_HIGH", high.into());
+    }
     let passivity = passivity(setup, board)?;
     put("PAST", passivity.past.into());
     put("DAMPING", passivity.damping.into());
     put("CREDIT", passivity.credit.into());
     // A gain is less than 1 when less than a quarter to a half of the credit is left.
     put("CREDIT_SHIFT", u64::from(passivity.credit.ilog2() - 17));
-    put("MID_LOW", setup.mid_travel[0].into());
-    put("MID_HIGH", setup.mid_travel[1].into());
-    put("RATE", rate);
+    put("RATE", setup.rate_hz.into());
     all.extend(board.numbers());
     Ok(all)
 }
@@ -122,30 +146,45 @@ fn passivity(setup: &Setup, board: &Support) -> Result<Passivity, FirmwareError>
     }
 }
 
-/// What the motor's limits are in the units of the service.
-struct Heat {
-    rated2: u64,
-    shift: u64,
-    max: u64,
+/// So many milliseconds in ticks, rounded down.
+pub(super) fn ticks(ms: u64, rate_hz: u32) -> u64 {
+    ms * u64::from(rate_hz) / 1000
 }
 
-fn heat(motor: &Motor, rate: u64) -> Result<Heat, FirmwareError> {
-    if !(1..=32_767).contains(&motor.rated) || !(1..=10_000).contains(&motor.peak_ms) {
-        return Err(FirmwareError::Motor(*motor));
+/// What the motor's limits are in the units of the service.
+pub(super) struct Heat {
+    pub rated2: u64,
+    pub shift: u64,
+    pub max: u64,
+}
+
+impl Heat {
+    /// What never gets warm.
+    pub const NONE: Heat = Heat {
+        rated2: 0,
+        shift: 1,
+        max: 1,
+    };
+
+    /// Of a motor whose turn comes once in so many ticks.
+    pub fn of(motor: &Motor, rate_hz: u32, between: u64) -> Result<Heat, FirmwareError> {
+        if !(1..=32_767).contains(&motor.rated) || !(1..=10_000).contains(&motor.peak_ms) {
+            return Err(FirmwareError::Motor(*motor));
+        }
+        let rated2 = u64::from(motor.rated).pow(2);
+        let turns = ticks(motor.peak_ms.into(), rate_hz) / between;
+        let whole = (32_767_u64.pow(2)).saturating_sub(rated2).max(1) * turns.max(1);
+        // The sum is kept below 2^30.
+        let shift = (0..31)
+            .find(|shift| whole >> shift < 1 << 30)
+            .unwrap_or(31)
+            .max(1);
+        Ok(Heat {
+            rated2,
+            shift,
+            max: (whole >> shift).max(1),
+        })
     }
-    let rated2 = u64::from(motor.rated).pow(2);
-    let turns = u64::from(motor.peak_ms) * rate / 1000 / TURNS;
-    let whole = (32_767_u64.pow(2)).saturating_sub(rated2).max(1) * turns.max(1);
-    // The sum is kept below 2^30.
-    let shift = (0..31)
-        .find(|shift| whole >> shift < 1 << 30)
-        .unwrap_or(31)
-        .max(1);
-    Ok(Heat {
-        rated2,
-        shift,
-        max: (whole >> shift).max(1),
-    })
 }
 
 /// The next number below that an instruction can hold.

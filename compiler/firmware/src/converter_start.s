@@ -14,16 +14,16 @@ board_converter:
         str     r1, [r0, #0x10]
         ldr     r1, =2 * DISTANCE0
         str     r1, [r0, #0x14]
-        ldr     r1, =KEYS0
+        ldr     r1, =WORDS0
         .if     CORES > 1
-        str     r1, [r0, #0x24]         @ from this key on
+        str     r1, [r0, #0x24]         @ from this word on
         ldr     r1, =words1
         str     r1, [r0, #0x28]
         ldr     r1, =words1 + DISTANCE1
         str     r1, [r0, #0x2c]
         ldr     r1, =2 * DISTANCE1
         str     r1, [r0, #0x30]
-        ldr     r1, =KEYS0 + KEYS1
+        ldr     r1, =WORDS0 + WORDS1
         .endif
         str     r1, [r0, #0x08]
         ldr     r1, =RATE

@@ -59,12 +59,12 @@ words1: .space  4 * DISTANCE1
         .section .bss.core0.guards, "aw", %nobits
         .balign 4
         .global guards0
-guards0: .space 16 * KEYS0
+guards0: .space 16 * GUARDS0
         .if     CORES > 1
         .section .bss.core1.guards, "aw", %nobits
         .balign 4
         .global guards1
-guards1: .space 16 * KEYS1
+guards1: .space 16 * GUARDS1
         .endif
 
 @ What each key's motor gave and got (passivity.s).
@@ -122,6 +122,12 @@ free_keys:
         ldr     r2, [r4, #C_KEYS]
         ldr     r3, =65536
         movs    r5, #0
+        .if     PORTS                   @ one gain is for all of them
+        str     r5, [r1]
+        movs    r2, #PORTS
+2:      str     r3, [r0, #G_CEILING]
+        adds    r0, #16
+        .else
         .if     RECORD > 255
         ldr     r6, =RECORD
         .endif
@@ -137,6 +143,7 @@ free_keys:
         adds    r1, r1, r6
         .else
         adds    r1, #RECORD
+        .endif
         .endif
         .endif
         subs    r2, #1

@@ -18,6 +18,7 @@ use std::fmt;
 
 use super::code::{ProgramCode, compile_keys};
 use super::near::{check_stack, place_near};
+use super::ports::Guards;
 use super::{FirmwareError, Midi, Setup, Unsupported, objects, support};
 
 /// An image that starts by itself, and where the states of its keys have what.
@@ -48,8 +49,10 @@ impl FirmwareImage {
 pub enum ImageError {
     /// The board has no firmware.
     Board(Unsupported),
-    /// The instrument has so many words in and out for each key, not one each.
+    /// The instrument has so many words in and out, and what is guarded is that of other ports.
     Ports(usize, usize),
+    /// An instrument of several ports shall be played so many times, or beside others.
+    Once(u32),
     /// The firmware cannot be made so.
     Firmware(FirmwareError),
     /// There is no code for the keys.
@@ -64,8 +67,12 @@ impl fmt::Display for ImageError {
             ImageError::Board(why) => why.fmt(f),
             ImageError::Ports(ins, outs) => write!(
                 f,
-                "a key has {ins} words in and {outs} out; the firmware takes one each (code for other projects, .o and .c, \
-                 takes any)"
+                "the instrument has {ins} words in and {outs} out; the firmware takes one each of a key, or of each port \
+                 of an instrument that is played once (code for other projects, .o and .c, takes any)"
+            ),
+            ImageError::Once(keys) => write!(
+                f,
+                "{keys} keys of an instrument with several ports; it is played once, and is the only program"
             ),
             ImageError::Firmware(error) => error.fmt(f),
             ImageError::Code(error) => error.fmt(f),
@@ -107,7 +114,7 @@ pub fn build_image(
     board: &Board,
 ) -> Result<FirmwareImage, ImageError> {
     let support = support(board).map_err(ImageError::Board)?;
-    check_ports(layout, instruments)?;
+    check_ports(layout, instruments, setup)?;
     check_keys(layout, setup).map_err(ImageError::Firmware)?;
     let mut programs =
         compile_keys(layout, instruments, setup, board.arch).map_err(ImageError::Code)?;
@@ -115,7 +122,7 @@ pub fn build_image(
         objects(&programs, instruments, setup, &support).map_err(ImageError::Firmware)?;
     place_near(board, &mut firmware, &mut programs);
     let image = link_all(board, &firmware, &programs, instruments).map_err(ImageError::Link)?;
-    for stack in &board.stacks {
+    for stack in &board.stacks[..setup.keys.len()] {
         check_stack(&image, board, *stack).map_err(ImageError::Link)?;
     }
     Ok(FirmwareImage {
@@ -125,14 +132,29 @@ pub fn build_image(
     })
 }
 
-/// That every instrument that is played has one word in and one out.
-fn check_ports(layout: &Layout, instruments: &[Instrument]) -> Result<(), ImageError> {
+/// That every instrument that is played has the words that are guarded: one in and one out of a
+/// key, or those of the ports of the only instrument.
+fn check_ports(
+    layout: &Layout,
+    instruments: &[Instrument],
+    setup: &Setup,
+) -> Result<(), ImageError> {
+    let ins = setup.ports.len();
+    let outs = setup
+        .ports
+        .iter()
+        .filter(|port| port.drive.is_some())
+        .count();
     for InstrumentId(number) in layout.instruments() {
         let kernel = &instruments[number as usize].modes.kernel;
-        let (ins, outs) = (kernel.inputs.len(), kernel.outputs.len());
-        if (ins, outs) != (1, 1) {
-            return Err(ImageError::Ports(ins, outs));
+        let found = (kernel.inputs.len(), kernel.outputs.len());
+        if found != (ins, outs) || ins == 0 {
+            return Err(ImageError::Ports(found.0, found.1));
         }
+    }
+    let is_once = setup.keys == [1] && layout.keys == 1 && layout.programs.len() == 1;
+    if setup.guards() == Guards::Ports && !is_once {
+        return Err(ImageError::Once(layout.keys));
     }
     Ok(())
 }

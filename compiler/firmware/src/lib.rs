@@ -23,6 +23,7 @@ mod image;
 mod near;
 mod objects;
 mod offsets;
+mod ports;
 mod running;
 mod tables;
 mod zones;
@@ -34,21 +35,20 @@ pub use error::FirmwareError;
 pub use image::{FirmwareImage, ImageError, Instrument, build_image, divide_equally};
 pub use objects::{frame_constants, objects, sources};
 pub use offsets::{FAULTS, Fault, core_block, key_guard};
+pub use ports::{GuardedDrive, GuardedPort};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
 pub use zones::zone_name;
 
 /// What a program and its keyboard say.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setup {
-    /// Keys of each core of the board, 1 to 255.
+    /// Keys of each core that plays, 1 to 255: of all cores of the board, or of the first alone
+    /// where an instrument is played once.
     pub keys: Vec<u32>,
     /// Ticks per second.
     pub rate_hz: u32,
-    /// What the motor stands.
-    pub motor: Motor,
-    /// Sensor words between which a key is in mid-travel: where a word that does not change may be
-    /// a fault.
-    pub mid_travel: [u16; 2],
+    /// What is guarded of a key: its port. Of an instrument that is played once, each of its ports.
+    pub ports: Vec<GuardedPort>,
     /// The MIDI note of the first key; 21 is A0.
     pub first_note: u32,
     /// How much energy a key may give, where that is limited.
@@ -92,10 +92,10 @@ pub struct Midi {
     pub velocities: [u8; 128],
 }
 
-/// From a sensor word to the drive word of the same key (bytes), for so many keys of a core: what
-/// [`thumb::compile_for_frame`](whippen_arm::thumb::compile_for_frame) must be told.
-pub fn drive_offset_bytes(keys: u32) -> u32 {
-    (2 * keys).next_multiple_of(4)
+/// From a sensor word to the drive word of the same key (bytes), for so many words each way of a
+/// core: what [`thumb::compile_for_frame`](whippen_arm::thumb::compile_for_frame) must be told.
+pub fn drive_offset_bytes(words: u32) -> u32 {
+    (2 * words).next_multiple_of(4)
 }
 
 /// Names of the cores' blocks, and of the objects of the keys of the first program.

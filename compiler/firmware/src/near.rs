@@ -19,7 +19,8 @@ pub(super) const STACK_BYTES: u32 = 256;
 /// Moves what a core uses at every turn into the memory that is near it, as long as there is room.
 pub(super) fn place_near(board: &Board, firmware: &mut [Object], programs: &mut [ProgramCode]) {
     let cores = (0..).map(CoreId).zip(CORES);
-    for (core, name) in cores.take(board.stacks.len()) {
+    let playing = programs.first().map_or(0, |program| program.cores.len());
+    for (core, name) in cores.take(playing) {
         let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else {
             continue;
         };

@@ -10,8 +10,9 @@ use whippen_deterministic::parallel;
 use super::boards::{Support, frame, shared};
 use super::code::{ProgramCode, is_split};
 use super::constants::constants;
+use super::ports::Guards;
 use super::{CORES, FirmwareError, Instrument, Setup, drive_offset_bytes, keys_name};
-use super::{tables, zones};
+use super::{ports, tables, zones};
 
 /// The objects of a firmware, to be linked with those of the keys of all programs. The image begins
 /// at `reset`, with the first program.
@@ -25,12 +26,20 @@ pub fn objects(
     board: &Support,
 ) -> Result<Vec<Object>, FirmwareError> {
     let constants = constants(programs, setup, board)?;
-    let tables = tables(programs, instruments);
-    let alone = shared(board).chain([board.tick]).map(|source| vec![source]);
+    let mut tables = tables(programs, instruments);
+    if setup.guards() == Guards::Ports {
+        let distance = drive_offset_bytes(setup.words_of(1));
+        tables.push(ports::table_as_assembly(setup, distance)?);
+    }
+    let cores = setup.keys.len();
+    let alone = shared(board, cores)
+        .chain([board.tick])
+        .map(|source| vec![source]);
     let mut texts: Vec<(Vec<Source>, Option<usize>)> =
         alone.map(|sources| (sources, None)).collect();
     let start = texts.len() - 1;
-    texts.extend((0..setup.keys.len()).map(|core| (frame(board), Some(core))));
+    let guards = setup.guards();
+    texts.extend((0..cores).map(|core| (frame(board, guards), Some(core))));
     texts.extend(tables.iter().map(|text| {
         (
             vec![Source {
@@ -45,7 +54,7 @@ pub fn objects(
             return assemble(&sources, &constants, board.board.arch);
         };
         let mut own = constants.clone();
-        own.extend(frame_constants(setup.keys[core], board, core));
+        own.extend(frame_constants(setup, board, core));
         let frame = assemble(&sources, &own, board.board.arch)?;
         Ok(frame_of_core(frame, core, programs.len()))
     });
@@ -61,10 +70,13 @@ pub fn objects(
 }
 
 /// The constants of a core's frame besides the [`constants`] of all texts.
-pub fn frame_constants(keys: u32, board: &Support, core: usize) -> BTreeMap<String, i64> {
+pub fn frame_constants(setup: &Setup, board: &Support, core: usize) -> BTreeMap<String, i64> {
+    let keys = setup.keys[core];
+    let words = setup.words_of(keys);
     let all = [
         ("KEYS", keys),
-        ("DISTANCE", drive_offset_bytes(keys)),
+        ("WORDS", words),
+        ("DISTANCE", drive_offset_bytes(words)),
         ("STACK", board.board.stacks[core]),
     ];
     all.into_iter()
@@ -74,10 +86,10 @@ pub fn frame_constants(keys: u32, board: &Support, core: usize) -> BTreeMap<Stri
 
 /// The texts of a firmware as they are assembled, those of a frame together; a frame has
 /// [`frame_constants`] besides the [`constants`].
-pub fn sources<'a>(board: &Support<'a>) -> Vec<Vec<Source<'a>>> {
-    shared(board)
+pub fn sources<'a>(board: &Support<'a>, setup: &Setup) -> Vec<Vec<Source<'a>>> {
+    shared(board, setup.keys.len())
         .map(|source| vec![source])
-        .chain([frame(board)])
+        .chain([frame(board, setup.guards())])
         .collect()
 }
 

@@ -60,6 +60,7 @@ pub const PARTS: &[(&str, &str)] = &[
     ("service", "heat and gain of every 16th key"),
     ("passivity", "energy of every key"),
     ("guard", "sensor and limits of one key"),
+    ("ports", "heat and sensor of one port, gain of all"),
     ("board_begin", "board_begin"),
     ("board_end", "board_end"),
 ];

@@ -31,4 +31,8 @@ tick:   push    {r4-r11, lr}
         bl      board_end
         ldr     r4, =block
         ldr     r10, [r4, #C_ROW]
+        .if     PORTS
+        b       ports
+        .else
         b       service
+        .endif

@@ -32,6 +32,8 @@ const KEYS: &[Known] = &[
     ("port.*.drive.full_scale", "20 N"),
     ("port.*.drive.delay", "1 sample"),
     ("port.*.drive.bandwidth", "3 kHz"),
+    ("port.*.motor.rated", "0.88 N"),
+    ("port.*.motor.peak_time", "1 s"),
     ("mechanics.mass", "60 g"),
     ("mechanics.inertia", "15e-6 kg*m^2"),
     ("mechanics.damping", "0.2 N*s/m"),

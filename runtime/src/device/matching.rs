@@ -55,6 +55,7 @@ impl Device {
                 delay_samples: 1.0,
                 bandwidth_hz: None,
             }),
+            stands: None,
         };
         Device {
             name: Device::ASSUMED.to_string(),

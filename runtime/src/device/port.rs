@@ -17,6 +17,17 @@ pub struct Port {
     pub sensor: Sensor,
     /// How words become forces, if it is driven.
     pub drive: Option<Drive>,
+    /// What its motor stands, where a device with several ports says so: an image protects it.
+    pub stands: Option<Stands>,
+}
+
+/// What the motor of one of several ports stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stands {
+    /// The force that it gives for ever (N or N*m), below the drive's full scale.
+    pub rated: f64,
+    /// How long it gives all of its force (s).
+    pub peak_s: f64,
 }
 
 /// A sensor with its converter: 16-bit words, unsigned.

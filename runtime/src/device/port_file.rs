@@ -3,7 +3,7 @@
 use whippen_compiler::model::Moves;
 use whippen_compiler::units::Dim;
 
-use super::{Device, Drive, Port, Sensor};
+use super::{Device, Drive, Port, Sensor, Stands};
 use crate::entries::Entries;
 use crate::files::FileError;
 
@@ -73,8 +73,42 @@ pub(super) fn port(entries: &Entries, prefix: &str, name: &str) -> Result<Port, 
         dim,
         moves,
         sensor,
+        stands: match &drive {
+            Some(drive) if !name.is_empty() => stands(entries, prefix, moves, drive)?,
+            _ => None,
+        },
         drive,
     })
+}
+
+/// What the motor of one of several ports stands, if the file says so.
+fn stands(
+    entries: &Entries,
+    prefix: &str,
+    moves: Moves,
+    drive: &Drive,
+) -> Result<Option<Stands>, FileError> {
+    let key = |key: &str| format!("{prefix}motor.{key}");
+    let has_any = |(found, _): (&str, _)| found.starts_with(&key(""));
+    if !entries.all().any(has_any) {
+        return Ok(None);
+    }
+    let force = match moves {
+        Moves::Turns => Dim::TORQUE,
+        _ => Dim::FORCE,
+    };
+    let stands = Stands {
+        rated: entries.quantity(&key("rated"), force)?,
+        peak_s: entries.quantity(&key("peak_time"), Dim::TIME)?,
+    };
+    if stands.rated <= 0.0 || stands.rated >= drive.full_scale {
+        let why = format!("must lie between zero and `{prefix}drive.full_scale`");
+        return Err(entries.error(&key("rated"), &why));
+    }
+    if stands.peak_s <= 0.0 {
+        return Err(entries.error(&key("peak_time"), "must be greater than zero"));
+    }
+    Ok(Some(stands))
 }
 
 fn sensor(entries: &Entries, prefix: &str, dim: Dim) -> Result<Sensor, FileError> {

@@ -100,7 +100,11 @@ impl Beyond {
             .stability
             .as_ref()
             .map_or_else(|| absent("stability", "mechanics"), StabilityBudget::text);
+        let has_ports = !device.port().name.is_empty();
         let without = || {
+            if has_ports {
+                return "motor: not judged, which is of a key's only motor\n".to_string();
+            }
             absent("motor", "motor")
                 + "  an image with any motor takes the cycles above; `build` makes none without\n"
         };

@@ -30,4 +30,8 @@ tick:   push    {r4-r7, lr}
         blx     r3                      @ keeps no register
         bl      board_end
         ldr     r4, =block
+        .if     PORTS
+        b       ports
+        .else
         b       service
+        .endif
