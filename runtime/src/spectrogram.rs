@@ -1,5 +1,5 @@
 //! What a sound is made of over time: levels in bands of a twelfth of an octave, from the
-//! short-time Fourier transform (Hann window of [`WINDOW`] samples).
+//! short-time Fourier transform (Hann window of 4096 samples).
 //!
 //! ```text
 //!   samples   |......column......|......column......|      a column is so many ticks, a power of two
@@ -7,7 +7,7 @@
 //!                         [window]       of several in a column each band keeps the loudest
 //! ```
 //!
-//! Memory is bounded: where there are more than [`COLUMNS_MAX`] columns, neighbours become one.
+//! Memory is bounded: where there are more than 1024 columns, neighbours become one.
 //! A band that holds several frequencies of the transform has the level of the loudest, one that
 //! holds none has that of the nearest, so a sine has its own level wherever it lies.
 
