@@ -58,7 +58,8 @@ pub fn all() -> Vec<Compiled> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 10] = [
+pub const PROGRAMS: [(&str, &str); 11] = [
+    ("bank.whip", include_str!("../programs/bank.whip")),
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
         "two-axis-spring.whip",

@@ -28,6 +28,7 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
     let bundled = INSTRUMENTS.iter().map(|(file, _)| ("instruments", *file));
     // What no bundled instrument has.
     let others = [
+        "bank.whip",
         "functions.whip",
         "sound.whip",
         "pedals.whip",
