@@ -4,11 +4,16 @@
 use super::cli::Shell;
 use super::common::PROGRAMS;
 
+/// The text of one of the programs.
+fn program(name: &str) -> &'static str {
+    let found = PROGRAMS.iter().find(|(other, _)| *other == name);
+    found.expect("a program of that name").1
+}
+
 /// A folder with the spring in two directions, and a hand that holds it still.
 fn bead() -> Shell {
-    let (_, text) = PROGRAMS[1];
     Shell::new()
-        .with("bead.whip", text)
+        .with("bead.whip", program("two-axis-spring.whip"))
         .with(
             "still.csv",
             "t_s,y_mm,x_mm\n0,-50,20\n0.1,-50,20\n0.2,-50,20\n",
@@ -107,10 +112,7 @@ fn what_needs_one_port_is_refused() {
 
 #[test]
 fn a_whole_image_protects_every_motor() {
-    let dial = PROGRAMS
-        .iter()
-        .find(|(name, _)| *name == "dial-and-lever.whip");
-    let shell = bead().with("dial.whip", dial.expect("it is there").1);
+    let shell = bead().with("dial.whip", program("dial-and-lever.whip"));
     shell.ends(0, &["build", "bead.whip", "-o", "x.elf"]);
     shell.refuses(
         2,
