@@ -79,6 +79,8 @@ pub struct Model {
     pub items: Vec<Item>,
     /// What is measured, in the order of the text.
     pub senses: Vec<Sense>,
+    /// Every parameter that is a number, with the value it has here, in the order of first use.
+    pub parameters: Vec<Parameter>,
     /// What the player may turn, in the order of the text.
     pub lives: Vec<Live>,
     /// Parameters with a value per key.
@@ -164,6 +166,21 @@ pub struct Sense {
     /// Largest speed let through, SI units per second.
     pub slew_per_s: Option<f64>,
     /// Where it is declared.
+    pub span: Span,
+}
+
+/// `param`: a number, as a constant, a live value or a value per key.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Its full name, by which it is set.
+    pub name: String,
+    /// Its dimension.
+    pub dim: Dim,
+    /// What it is, as written or as set (SI).
+    pub value: f64,
+    /// Its declared bounds (SI).
+    pub range: Option<Interval>,
+    /// Where its value is written.
     pub span: Span,
 }
 

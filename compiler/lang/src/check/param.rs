@@ -6,7 +6,7 @@ use super::scope::{Made, ScopeId, Thing};
 use super::slot::Source;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Cell, CellKind, Interval, Keyed, Live, Node, NodeId};
+use crate::model::{Cell, CellKind, Interval, Keyed, Live, Node, NodeId, Parameter};
 use crate::syntax::ast::{Expr, Name, RangeExpr};
 use crate::units::{Dim, Quantity, shown, shown_range};
 use whippen_source::Span;
@@ -137,6 +137,13 @@ impl<'a> Elaborator<'a, '_> {
             None => value,
         }?;
         let bounds = range.map(|(range, _)| range);
+        self.model.parameters.push(Parameter {
+            name: name.clone(),
+            dim,
+            value,
+            range: bounds,
+            span: decl.text.value.span,
+        });
         let node = match decl.kind {
             ParamKind::Constant => Node::Const(crate::model::dag::Real(value)),
             ParamKind::Live(index) => {
