@@ -217,7 +217,7 @@ fn smoothed(samples: &[f64], rate_hz: f64, corner_hz: f64) -> Result<Vec<f64>, S
 }
 
 /// Columns of a table on an even grid.
-pub(crate) struct Columns {
+pub(crate) struct TableColumns {
     /// Rows a second of the grid.
     pub rate_hz: f64,
     /// The values of each column (SI).
@@ -231,9 +231,9 @@ pub(crate) struct Columns {
 pub(crate) fn load_columns(
     path: &Path,
     find: impl FnOnce(&[String]) -> Result<Vec<(usize, Unit)>, String>,
-) -> Result<Columns, FileError> {
+) -> Result<TableColumns, FileError> {
     let table = titled::read_columns(path, find, ROWS_MAX)?;
-    Ok(Columns {
+    Ok(TableColumns {
         rate_hz: table.grids.first().map_or(0.0, |grid| grid.rate_hz),
         values: table.grids.into_iter().map(|grid| grid.samples).collect(),
     })

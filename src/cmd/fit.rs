@@ -19,7 +19,7 @@ use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::fit::data::{FitData, Fittable, share_spreads};
-use whippen_runtime::fit::residuals::{self, Part};
+use whippen_runtime::fit::residuals::{self, ResidualPart};
 use whippen_runtime::fit::solve::{self, Loss, NoStart, Search};
 use whippen_runtime::session;
 
@@ -32,7 +32,7 @@ use crate::device;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::say::{self, say, tell};
-use free::{Free, Named};
+use free::{Free, FreeName};
 use outcome::Fitted;
 
 #[derive(Debug, clap::Args)]
@@ -52,7 +52,7 @@ pub struct Args {
         value_delimiter = ',',
         allow_hyphen_values = true
     )]
-    free: Vec<Named>,
+    free: Vec<FreeName>,
     /// A recording: a table of a motion and of what was measured with it, with the titles of a run
     #[arg(long, required = true, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     data: Vec<PathBuf>,
@@ -149,7 +149,7 @@ struct Fit<'a> {
     device: Device,
     data: Vec<FitData>,
     held_out: Vec<FitData>,
-    parts: Vec<Part>,
+    parts: Vec<ResidualPart>,
 }
 
 pub fn run(args: &Args) -> Outcome {
@@ -349,10 +349,10 @@ impl Fit<'_> {
         compiled: &Compiled,
         engine: EngineKind,
         data: &[FitData],
-        parts: &[Part],
+        parts: &[ResidualPart],
     ) -> Option<Vec<Vec<f64>>> {
         let one = |(number, data): (usize, &FitData)| {
-            let own: Vec<&Part> = parts.iter().filter(|p| p.recording == number).collect();
+            let own: Vec<&ResidualPart> = parts.iter().filter(|p| p.recording == number).collect();
             let trace = residuals::play(compiled, &self.device, engine, data).ok()?;
             residuals::of_recording(&trace, data, &own)
         };

@@ -167,7 +167,8 @@ impl Fittable<'_> {
         Some((own, unit))
     }
 
-    /// The columns of a run that can be fitted to: numbers that do not follow from the motion alone.
+    /// The columns of a run that can be fitted to: numbers that do not follow from the motion
+    /// alone.
     fn titles(&self) -> impl Iterator<Item = String> {
         let of_motion = |name: &str| {
             let senses = &self.model.senses;

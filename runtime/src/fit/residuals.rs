@@ -27,7 +27,7 @@ const MISSED: f64 = 10.0;
 
 /// What the rows of a list of residuals are.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct ResidualPart {
     /// The recording, by number.
     pub recording: usize,
     /// The run's column, or `events`.
@@ -41,7 +41,7 @@ pub struct Part {
 }
 
 /// The parts of the residuals of recordings, in their order.
-pub fn parts(all: &[FitData]) -> Vec<Part> {
+pub fn parts(all: &[FitData]) -> Vec<ResidualPart> {
     let mut sizes = Vec::new();
     for (recording, data) in all.iter().enumerate() {
         for column in &data.columns {
@@ -59,7 +59,7 @@ pub fn parts(all: &[FitData]) -> Vec<Part> {
     let part = |(recording, title, rows, unit): (usize, String, usize, Option<f64>)| {
         let weight = (all[recording].weight * mean / rows as f64).sqrt();
         start += rows;
-        Part {
+        ResidualPart {
             recording,
             title,
             rows: start - rows..start,
@@ -95,7 +95,7 @@ pub fn play(
 }
 
 /// The residuals of one recording, with the weights of its parts; none where a value is no number.
-pub fn of_recording(trace: &Trace, data: &FitData, parts: &[&Part]) -> Option<Vec<f64>> {
+pub fn of_recording(trace: &Trace, data: &FitData, parts: &[&ResidualPart]) -> Option<Vec<f64>> {
     let mut all = Vec::new();
     for part in parts {
         let column = data

@@ -97,7 +97,7 @@ pub enum End {
 
 /// What was found.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct Solution {
     /// Parts of the way between the bounds.
     pub at: Vec<f64>,
     /// Half the sum of what residuals cost.
@@ -116,7 +116,8 @@ pub struct Found {
 pub type Residuals<'a> = dyn Fn(&[f64]) -> Option<Vec<f64>> + Sync + 'a;
 
 /// Looks for the point at which residuals cost least, from a start. `stopped` ends it; the best so
-/// far is then the answer. `progress` is told how often residuals were computed, and the least cost.
+/// far is then the answer. `progress` is told how often residuals were computed, and the least
+/// cost.
 ///
 /// # Errors
 /// Residuals cannot be computed at the start.
@@ -126,7 +127,7 @@ pub fn solve(
     search: &Search,
     stopped: &AtomicBool,
     progress: &(dyn Fn(usize, f64) + Sync),
-) -> Result<Found, NoStart> {
+) -> Result<Solution, NoStart> {
     let first = residuals(start).ok_or(NoStart)?;
     let rows = first.len();
     let problem = Problem {
@@ -148,7 +149,7 @@ pub fn solve(
     };
     let evaluations = problem.evaluations.load(Ordering::Relaxed);
     let best = problem.best();
-    Ok(Found {
+    Ok(Solution {
         at: best.at,
         cost: best.cost,
         residuals: best.residuals,

@@ -179,11 +179,12 @@ mod tests {
     use super::*;
 
     fn judged(slopes: &[Vec<f64>], residuals: &[f64]) -> Judged {
+        let rows = 0..residuals.len();
         let evidence = Evidence {
             slopes,
             pulls: residuals,
             curvatures: &vec![1.0; residuals.len()],
-            columns: &[0..residuals.len()],
+            columns: std::slice::from_ref(&rows),
         };
         evidence.judge()
     }

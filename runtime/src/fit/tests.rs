@@ -113,11 +113,12 @@ fn scipy_finds_the_same() {
         for (own, theirs) in found.at.iter().zip(at) {
             assert!((own - theirs).abs() < 2e-5, "{line}: {:?}", found.at);
         }
+        let rows = 0..ROWS;
         let evidence = Evidence {
             slopes: &found.slopes,
             pulls: &found.residuals,
             curvatures: &[1.0; ROWS],
-            columns: &[0..ROWS],
+            columns: std::slice::from_ref(&rows),
         };
         for (own, theirs) in evidence.judge().half_width.iter().zip(widths) {
             let own = own.expect("shown");

@@ -10,17 +10,17 @@ use crate::exit::Failure;
 
 /// A parameter as it is named on the command line.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Named {
+pub struct FreeName {
     name: String,
     bounds: Option<Over>,
 }
 
-impl FromStr for Named {
+impl FromStr for FreeName {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Named, String> {
+    fn from_str(text: &str) -> Result<FreeName, String> {
         if !text.contains('=') {
-            return Ok(Named {
+            return Ok(FreeName {
                 name: text.trim().to_string(),
                 bounds: None,
             });
@@ -29,7 +29,7 @@ impl FromStr for Named {
         if over.count.is_some() {
             return Err("a fit has no points: leave the count away".into());
         }
-        Ok(Named {
+        Ok(FreeName {
             name: over.name.clone(),
             bounds: Some(over),
         })
@@ -54,7 +54,7 @@ impl Free {
     ///
     /// # Errors
     /// One is unknown, has no bounds, or is named twice.
-    pub fn find(named: &[Named], model: &Model) -> Result<Vec<Free>, Failure> {
+    pub fn find(named: &[FreeName], model: &Model) -> Result<Vec<Free>, Failure> {
         for (number, one) in named.iter().enumerate() {
             if named[..number].iter().any(|other| other.name == one.name) {
                 let why = format!("--free {}: it is named twice", one.name);
@@ -64,7 +64,7 @@ impl Free {
         named.iter().map(|named| Free::of(named, model)).collect()
     }
 
-    fn of(named: &Named, model: &Model) -> Result<Free, Failure> {
+    fn of(named: &FreeName, model: &Model) -> Result<Free, Failure> {
         let usage = |why: String| Failure::Usage(format!("--free {}: {why}", named.name));
         let own =
             parameter(model, &named.name).ok_or_else(|| usage(unknown(&named.name, model)))?;

@@ -3,8 +3,8 @@
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::fit::data::FitData;
-use whippen_runtime::fit::residuals::{self, Part};
-use whippen_runtime::fit::solve::{End, Found};
+use whippen_runtime::fit::residuals::{self, ResidualPart};
+use whippen_runtime::fit::solve::{End, Solution};
 use whippen_runtime::fit::statistics::{Evidence, Judged};
 
 use super::Fit;
@@ -12,7 +12,7 @@ use super::Fit;
 /// A parameter is at its bound when it is so near, as a part of the way between them.
 const AT_BOUND: f64 = 1e-4;
 
-/// Found values and what is to be said of them.
+/// Solution values and what is to be said of them.
 pub struct Fitted {
     /// Parts of the way between the bounds, before and after.
     pub start: Vec<f64>,
@@ -42,7 +42,7 @@ pub struct Left {
 }
 
 impl Fitted {
-    pub fn new(fit: &Fit, start: &[f64], found: Found) -> Fitted {
+    pub fn new(fit: &Fit, start: &[f64], found: Solution) -> Fitted {
         let (loss, scale) = fit.args.loss;
         let cost = found.residuals.iter().map(|r| loss.derivatives(*r, scale));
         let (pulls, curvatures): (Vec<f64>, Vec<f64>) = cost.unzip();
@@ -58,7 +58,7 @@ impl Fitted {
             false => evidence.judge(),
         };
         let [before, after] = [start, &found.at].map(|point| fit.compiled(point).ok());
-        let left = |data: &[FitData], parts: &[Part]| {
+        let left = |data: &[FitData], parts: &[ResidualPart]| {
             let of = |compiled: &Option<Compiled>, engine| {
                 fit.of(compiled.as_ref()?, engine, data, parts)
             };
@@ -68,7 +68,7 @@ impl Fitted {
                 of(&after, EngineKind::Jit),
             ];
             let all = all.map(|all| all.map(|all| all.concat()));
-            let one = |part: &Part| Left {
+            let one = |part: &ResidualPart| Left {
                 recording: data[part.recording].name.clone(),
                 title: part.title.clone(),
                 unit: part.unit,
@@ -103,7 +103,7 @@ impl Fitted {
 }
 
 /// Root of the mean square of a part without its weight.
-fn rms(all: Option<&[f64]>, part: &Part) -> Option<f64> {
+fn rms(all: Option<&[f64]>, part: &ResidualPart) -> Option<f64> {
     let own = all?.get(part.rows.clone())?;
     let square: f64 = own.iter().map(|r| r * r).sum();
     Some((square / own.len().max(1) as f64).sqrt() / part.weight)

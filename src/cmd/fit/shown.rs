@@ -81,6 +81,7 @@ fn parameter(fitted: &Fitted, number: usize, free: &super::Free) -> String {
             let decimals = (1.0 - width.log10().floor()).clamp(0.0, 12.0) as usize;
             format!("{value:.decimals$} ± {width:.decimals$} {unit}")
         }
+        None if fitted.judged.half_width.is_empty() => format!("{} {unit}", digits(value)),
         None => format!("{} {unit}, not shown by the data", digits(value)),
     };
     let bound = match fitted.is_at_bound(number) {

@@ -137,13 +137,7 @@ impl<'a> Elaborator<'a, '_> {
             None => value,
         }?;
         let bounds = range.map(|(range, _)| range);
-        self.model.parameters.push(Parameter {
-            name: name.clone(),
-            dim,
-            value,
-            range: bounds,
-            span: decl.text.value.span,
-        });
+        self.keep(name, (value, dim), bounds, decl.text.value.span);
         let node = match decl.kind {
             ParamKind::Constant => Node::Const(crate::model::dag::Real(value)),
             ParamKind::Live(index) => {
@@ -162,6 +156,17 @@ impl<'a> Elaborator<'a, '_> {
             None => node,
         };
         Some(Value::real(node, dim))
+    }
+
+    /// Notes what a parameter is, in the Model: constants are folded away elsewhere.
+    fn keep(&mut self, name: &str, (value, dim): (f64, Dim), range: Option<Interval>, span: Span) {
+        self.model.parameters.push(Parameter {
+            name: name.to_string(),
+            dim,
+            value,
+            range,
+            span,
+        });
     }
 
     /// A live value that moves towards what was set, at most over its whole range in a time.
