@@ -103,15 +103,13 @@ fn doubts(fit: &Fit, fitted: &Fitted) -> String {
             names.join(", ")
         );
     }
-    let correlation = &fitted.judged.correlation;
-    for p in 0..correlation.len() {
-        for q in p + 1..correlation.len() {
-            let r = correlation[p][q];
-            let is_flat = |set: &Vec<usize>| set.contains(&p) && set.contains(&q);
-            if r.abs() > CORRELATED && !fitted.judged.flat.iter().any(is_flat) {
-                let (p, q) = (name(p), name(q));
-                out += &format!("  {p} and {q} are hard to tell apart: correlation {r:.3}\n");
-            }
+    let rows = fitted.judged.correlation.iter().enumerate();
+    let pairs = rows.flat_map(|(p, row)| row.iter().enumerate().map(move |(q, r)| (p, q, *r)));
+    for (p, q, r) in pairs.filter(|(p, q, r)| p < q && r.abs() > CORRELATED) {
+        let is_flat = |set: &Vec<usize>| set.contains(&p) && set.contains(&q);
+        if !fitted.judged.flat.iter().any(is_flat) {
+            let (p, q) = (name(p), name(q));
+            out += &format!("  {p} and {q} are hard to tell apart: correlation {r:.3}\n");
         }
     }
     out
