@@ -20,7 +20,8 @@ pub struct Running {
     /// key, head and tail of the ring, two words of an event, the tail anew, so eight a round, two
     /// rounds (the second one finds WFE without an event); the alarm, twice in each of two ticks.
     /// Core 0 at core 1's: the number of its tick, two words for another program, two rounds. What
-    /// only some images have comes to that ([`FirmwareImage::visits`](super::FirmwareImage::visits)).
+    /// only some images have comes to that
+    /// ([`FirmwareImage::visits`](super::FirmwareImage::visits)).
     pub visits: u32,
 }
 
