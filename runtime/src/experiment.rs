@@ -14,7 +14,6 @@ mod bind;
 pub mod bundled;
 mod claims;
 mod columns;
-mod fields;
 mod figure;
 mod file;
 mod judge;

@@ -8,6 +8,7 @@
 //! Not here: what compiles a program with other values (the caller), pictures.
 
 pub mod data;
+pub mod description;
 pub mod residuals;
 pub mod solve;
 pub mod statistics;

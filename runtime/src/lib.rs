@@ -21,6 +21,7 @@ pub mod emulated;
 pub mod engine;
 mod entries;
 pub mod experiment;
+mod fields;
 pub mod files;
 pub mod fit;
 pub mod gesture;

@@ -19,6 +19,7 @@ use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::fit::data::{FitData, Fittable, share_spreads};
+use whippen_runtime::fit::description;
 use whippen_runtime::fit::residuals::{self, ResidualPart};
 use whippen_runtime::fit::solve::{self, Loss, NoStart, Search};
 use whippen_runtime::session;
@@ -53,8 +54,9 @@ pub struct Args {
         allow_hyphen_values = true
     )]
     free: Vec<FreeName>,
-    /// A recording: a table of a motion and of what was measured with it, with the titles of a run
-    #[arg(long, required = true, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
+    /// A recording: a table of a motion and of what was measured with it, with the titles of a run;
+    /// or a description of one of bare columns
+    #[arg(long, required = true, value_name = "FILE.csv|FILE.toml", value_hint = ValueHint::FilePath)]
     data: Vec<PathBuf>,
     /// What happened in each recording, in their order: tables such as `run --events` writes
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
@@ -245,6 +247,11 @@ fn check_ends(
     Ok(())
 }
 
+/// Whether a file describes a recording instead of being one.
+fn is_description(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "toml")
+}
+
 /// Reads what is fitted, and what is held out.
 fn read(
     args: &Args,
@@ -263,17 +270,29 @@ fn read(
         let data = fittable.read(path, events);
         data.map_err(|error| Failure::Usage(error.to_string()))
     };
-    let mut data = Vec::new();
+    let (mut data, mut held_out) = (Vec::new(), Vec::new());
     for (number, path) in args.data.iter().enumerate() {
         let events = args.events.get(number).map(PathBuf::as_path);
         let weight = args.weights.get(number).copied().unwrap_or(1.0);
+        if is_description(path) {
+            let read = description::read(path, &fittable);
+            let read = read.map_err(|error| Failure::Usage(error.to_string()))?;
+            let weighed = |data| FitData { weight, ..data };
+            data.extend(read.fitted.into_iter().map(weighed));
+            held_out.extend(read.held_out);
+            continue;
+        }
         data.push(FitData {
             weight,
             ..one(path, events)?
         });
     }
-    let held_out = args.held_out.iter().map(|path| one(path, None));
-    let mut held_out: Vec<FitData> = held_out.collect::<Result<_, _>>()?;
+    if data.is_empty() {
+        return Err(Failure::Usage("all stretches are held out".into()));
+    }
+    for path in &args.held_out {
+        held_out.push(one(path, None)?);
+    }
     // What is held out is judged by what was fitted, if it has that.
     let is_fitted = |title: &String| {
         data.iter()

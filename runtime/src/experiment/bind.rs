@@ -4,8 +4,8 @@ use whippen_compiler::units::Dim;
 
 use super::claims::{Claim, Subject};
 use super::columns::{Found, Names, Part};
-use super::fields::{Written, quantity, seconds};
 use super::file::{Experiment, Mover, NamedInstant};
+use crate::fields::{Written, quantity, seconds};
 use crate::files::FileError;
 use crate::trajectory::Trajectory;
 

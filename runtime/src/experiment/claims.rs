@@ -1,7 +1,7 @@
 //! What can be claimed about a trace: a closed list, as a file writes it.
 
-use super::fields::{Fields, Written};
 use super::steps::Moment;
+use crate::fields::{Fields, Written};
 use crate::files::FileError;
 
 /// What a claim is about, by the key that names it.

@@ -3,8 +3,8 @@
 use whippen_compiler::diag::nearest;
 use whippen_compiler::units::{Dim, shown};
 
-use super::fields::Written;
 use super::file::Experiment;
+use crate::fields::Written;
 use crate::files::FileError;
 use crate::titles::{identifier, unit_of_suffix};
 use crate::trace::Heading;

@@ -6,8 +6,8 @@ use std::path::Path;
 use toml::de::DeTable;
 
 use super::claims::{self, Claim};
-use super::fields::{Fields, FileText, Written, quantity};
 use super::steps::{Moment, Way};
+use crate::fields::{Fields, FileText, Written, quantity};
 use crate::files::FileError;
 
 /// An experiment.

@@ -3,7 +3,7 @@
 use whippen_compiler::diag::nearest;
 use whippen_compiler::units::Dim;
 
-use super::fields::{quantity, seconds};
+use crate::fields::{quantity, seconds};
 use crate::gesture::Gesture;
 
 /// A player's way, of places or forces: minimum jerk from value to value.

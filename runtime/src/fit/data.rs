@@ -49,6 +49,21 @@ pub struct FitColumn {
     pub values: Vec<f64>,
     /// How far they are from their mean (root of the mean square); never 0.
     pub spread: f64,
+    /// What the sensor can read (SI): what is computed is held at its ends too.
+    pub reads: (f64, f64),
+}
+
+impl FitColumn {
+    /// A column of a sensor that reads everything.
+    pub(super) fn new(title: String, rate_hz: f64, values: Vec<f64>) -> FitColumn {
+        FitColumn {
+            title,
+            rate_hz,
+            spread: spread(&values),
+            values,
+            reads: (f64::NEG_INFINITY, f64::INFINITY),
+        }
+    }
 }
 
 /// Something that happened.
@@ -90,12 +105,8 @@ impl Fittable<'_> {
             Ok(found.iter().map(|(at, _, unit)| (*at, *unit)).collect())
         })?;
         let titles = found.into_iter().map(|(_, title, _)| title);
-        let columns = titles.zip(columns.values).map(|(title, values)| FitColumn {
-            title,
-            rate_hz: columns.rate_hz,
-            spread: spread(&values),
-            values,
-        });
+        let pairs = titles.zip(columns.values);
+        let columns = pairs.map(|(title, values)| FitColumn::new(title, columns.rate_hz, values));
         let data = FitData {
             name: path.display().to_string(),
             places,
@@ -199,6 +210,11 @@ impl Fittable<'_> {
             known.join(", "),
             known.first().map_or("force_n", String::as_str)
         )
+    }
+
+    /// Whether a title is that of a column which can be fitted to.
+    pub(super) fn is_wanted(&self, title: &str) -> bool {
+        self.titles().any(|own| own == title)
     }
 
     /// That all columns which are wanted are known.

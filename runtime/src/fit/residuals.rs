@@ -120,7 +120,8 @@ pub fn at_rows(trace: &Trace, column: &FitColumn) -> Option<Vec<f64>> {
         let tick = row as f64 * ticks_a_row;
         let (before, part) = ((tick as usize).min(last), tick.fract());
         let after = (before + 1).min(last);
-        values[before] * (1.0 - part) + values[after] * part
+        let value = values[before] * (1.0 - part) + values[after] * part;
+        value.clamp(column.reads.0, column.reads.1)
     };
     Some((0..column.values.len()).map(at).collect())
 }

@@ -121,6 +121,45 @@ impl<'a> Fields<'a> {
         })
     }
 
+    /// The whole number of a key, at least 1, if it is there.
+    pub fn count(&self, key: &str) -> Result<Option<usize>, FileError> {
+        let Some(value) = self.value(key) else {
+            return Ok(None);
+        };
+        let digits = value.get_ref().as_integer().map(|number| number.as_str());
+        let count = digits.and_then(|digits| digits.parse().ok());
+        let count = count.filter(|count| *count > 0);
+        count
+            .map(Some)
+            .ok_or_else(|| self.error(key, "is a whole number, 1 or more"))
+    }
+
+    /// The quantity of a key in whatever dimension (SI), if it is there.
+    pub fn any_quantity(&self, key: &str) -> Result<Option<f64>, FileError> {
+        let found = self
+            .find(key)?
+            .map(|written| match quantity(&written.text) {
+                Ok((value, _)) => Ok(value),
+                Err(why) => Err(self.source.error(written.line, why)),
+            });
+        found.transpose()
+    }
+
+    /// The quantity of a key in a dimension (SI), if it is there.
+    pub fn quantity(&self, key: &str, dim: Dim, example: &str) -> Result<Option<f64>, FileError> {
+        let Some(written) = self.find(key)? else {
+            return Ok(None);
+        };
+        match quantity(&written.text) {
+            Ok((value, found)) if found == dim => Ok(Some(value)),
+            Err(why) => Err(self.source.error(written.line, why)),
+            Ok(_) => {
+                let what = format!("`{}` is of another kind than {example}", written.text);
+                Err(self.source.error(written.line, what))
+            }
+        }
+    }
+
     /// The texts of a key: a list, or one alone; none where it is not there.
     pub fn list(&self, key: &str) -> Result<Vec<Written>, FileError> {
         let Some(value) = self.value(key) else {
@@ -164,6 +203,30 @@ impl<'a> Fields<'a> {
             table.iter().map(pair).collect::<Result<_, FileError>>()?;
         pairs.sort_by_key(|(_, written)| written.line);
         Ok(pairs)
+    }
+
+    /// The tables of a table of tables, `[key.name]`, in the order of their lines.
+    pub fn named_tables(
+        &self,
+        key: &str,
+        name: &'static str,
+        known: &[&str],
+    ) -> Result<Vec<(String, Fields<'a>)>, FileError> {
+        let Some(value) = self.value(key) else {
+            return Ok(Vec::new());
+        };
+        let wrong = || self.error(key, &format!("is a table of tables, {name}"));
+        let table = value.get_ref().as_table().ok_or_else(wrong)?;
+        let one = |(own, value): (&'a Spanned<_>, &'a Spanned<DeValue<'a>>)| {
+            let own: &std::borrow::Cow<str> = own.get_ref();
+            let table = value.get_ref().as_table().ok_or_else(wrong)?;
+            let line = self.source.line(value.span().start);
+            let fields = Fields::new(self.source, table, line, name, known)?;
+            Ok((own.to_string(), fields))
+        };
+        let mut all: Vec<_> = table.iter().map(one).collect::<Result<_, FileError>>()?;
+        all.sort_by_key(|(_, fields): &(String, Fields)| fields.line);
+        Ok(all)
     }
 
     /// The tables of a list, `[[key]]`.
