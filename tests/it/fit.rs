@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::cli::Shell;
+use crate::cli::{Shell, bundled};
 
 const SPRING: &str = "\
 instrument spring {
@@ -261,6 +261,99 @@ fn recordings_have_weights_and_losses_forgive() {
         (cauchy - 97.0).abs() < 2.0 && (squares - 97.0).abs() > 10.0,
         "{squares} {cauchy}"
     );
+}
+
+#[test]
+fn bare_columns_are_described() {
+    let mut shell = shell();
+    // Two columns of readings at 2 kHz: a hundred counts a millimetre from 7, and half the force.
+    let lines = shell.lines("true.csv");
+    let rows: Vec<Vec<f64>> = (lines[1..].iter())
+        .map(|line| {
+            line.split(',')
+                .map(|c| c.parse().expect("a number"))
+                .collect()
+        })
+        .collect();
+    let rate_hz = (1.0 / (rows[1][0] - rows[0][0])).round();
+    let bare: String = (rows.iter())
+        .map(|row| format!("{} {}\n", row[2] / 2.0, 7.0 + 1e5 * row[1]))
+        .collect();
+    let description = format!(
+        "file = \"bare.txt\"\nrate = \"{rate_hz} Hz\"\n\
+         [motion]\ncolumn = 2\ncalibration = \"key.csv\"\n\
+         [measured.force_n]\ncolumn = 1\ntimes = \"2\"\nmost = \"1.2 N\"\n\
+         [[stretch]]\nfrom = \"0 s\"\nto = \"1.9 s\"\n\
+         [[stretch]]\nfrom = \"1.9 s\"\nto = \"2.3 s\"\nheld_out = \"yes\"\n"
+    );
+    shell = shell
+        .with("bare.txt", &bare)
+        .with("key.csv", "x_mm,reading\n-1,-93\n5,507\n11,1107\n")
+        .with("bare.toml", &description);
+    let found = fitted(&shell, &["--free", "k,preload,B", "--data", "bare.toml"]);
+    for (name, truth, _) in TRUTH {
+        // The rate is a whole number of hertz, and the truth's is not.
+        assert!(
+            (value(&found, name, "value") / truth - 1.0).abs() < 0.03,
+            "{found}"
+        );
+    }
+    assert!(
+        found["held_out"][0]["after"].as_f64().expect("a number") < 0.05,
+        "{found}"
+    );
+    let wrong = [
+        (
+            "column = 2",
+            "column = 0",
+            "`column` is a whole number, 1 or more",
+        ),
+        ("column = 2", "colum = 2", "did you mean `column`?"),
+        (
+            "[measured.force_n]",
+            "[measured.x_m]",
+            "`x_m` is no column that can be fitted to",
+        ),
+        ("\"2\"", "\"2 mm\"", "of another kind"),
+        (
+            "to = \"2.3 s\"",
+            "to = \"9 s\"",
+            "a stretch is within 0 s .. ",
+        ),
+        ("bare.txt", "none.txt", "none.txt"),
+        ("= \"yes\"", "= \"maybe\"", "is \"yes\" or \"no\""),
+        ("file = ", "file ", "line 1"),
+    ];
+    for (from, to, words) in wrong {
+        assert!(description.contains(from), "{from}");
+        shell = shell.with("bare.toml", &description.replace(from, to));
+        let args = ["fit", "spring.whip", "--free", "k", "--data", "bare.toml"];
+        shell.refuses(2, &args, &[words]);
+    }
+}
+
+/// The strokes that are fitted and those that are judged are in `examples/fit/kawai.toml`.
+#[test]
+fn a_recording_of_a_grand_is_fitted() {
+    let Some(folder) = whippen_need::recordings("kawai-grand") else {
+        return;
+    };
+    let description = include_str!("../../examples/fit/kawai.toml");
+    let file = |name: &str| std::fs::read_to_string(folder.join(name)).expect("readable");
+    let mut shell = Shell::new().with("kawai.toml", description);
+    for name in [
+        "key_and_hammer_2kHz.txt",
+        "calibration_key.csv",
+        "calibration_hammer.csv",
+    ] {
+        shell = shell.with(name, &file(name));
+    }
+    let grand = bundled("grand-piano.whip");
+    let free = "k=2kN/m..40kN/m,B_k";
+    let (out, _) = shell.ends(0, &["fit", &grand, "--free", free, "--data", "kawai.toml"]);
+    println!("{out}");
+    assert!(out.contains("k and B_k are hard to tell apart"), "{out}");
+    assert_eq!(out.matches("kawai.toml ").count(), 6, "{out}");
 }
 
 #[test]
