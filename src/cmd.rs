@@ -28,6 +28,7 @@ mod option;
 mod progress;
 mod proof;
 mod run;
+mod settings;
 mod setup;
 mod strings;
 mod sweep;

@@ -101,7 +101,7 @@ fn instrument(name: &str, file: &str, words: &[u16]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The kernel of a bundled instrument for the bundled key; none if its device is another.
+/// The kernel of a bundled instrument; none if it is played once and not by keys.
 fn kernel(file: &str) -> Result<Option<Kernel>, Failure> {
     let mut map = SourceMap::default();
     let text = whippen_compiler::bundled::INSTRUMENTS
@@ -113,6 +113,9 @@ fn kernel(file: &str) -> Result<Option<Kernel>, Failure> {
     let Some(model) = program.and_then(|mut program| program.instruments.pop()) else {
         return Ok(None);
     };
+    if !model.is_of_key() {
+        return Ok(None);
+    }
     let device = Device::of(&model);
     let compiled = compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))?;
     Ok(Some(compiled.lowered.kernel))

@@ -31,6 +31,7 @@ pub mod motion;
 pub mod motor;
 pub mod plant;
 pub mod plot;
+pub mod preset;
 pub mod record;
 pub mod report;
 pub mod ringing;

@@ -23,6 +23,7 @@ use super::keys::{self, KeysArgs, Setup};
 use super::motion::{MotionArgs, Positions};
 use super::on_board::BoardArgs;
 use super::opened::Opened;
+use super::settings::SettingArgs;
 use super::{command, errors, load, option, progress::Progress, watch};
 use crate::device;
 use crate::exit::{Failure, Outcome};
@@ -54,13 +55,8 @@ pub struct Args {
     engine: EngineKind,
     #[command(flatten)]
     on_board: BoardArgs,
-    /// Give a parameter another value, such as weight=0.4N
-    #[arg(
-        long = "set",
-        value_name = "NAME=VALUE",
-        help_heading = "The instrument"
-    )]
-    sets: Vec<String>,
+    #[command(flatten)]
+    settings: SettingArgs,
     /// The same for several, as a JSON object, such as '{"k": 9e3, "weight": "0.4N"}'; plain
     /// numbers are in SI
     #[arg(
@@ -97,6 +93,7 @@ impl Args {
         named
             .cloned()
             .chain(device::file(self.device.as_deref()))
+            .chain(self.settings.files())
             .collect()
     }
 
@@ -140,7 +137,7 @@ fn run_once(args: &Args) -> Outcome {
     args.fits_engine().map_err(Failure::Usage)?;
     let (of_json, in_si) = load::json_sets(&args.set_json)?;
     let options = Options {
-        sets: [load::sets(&args.sets)?, of_json].concat(),
+        sets: [args.settings.all()?, of_json].concat(),
         in_si,
         rate_hz: args.tick_rate,
     };

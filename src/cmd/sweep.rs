@@ -23,6 +23,7 @@ use super::budget::write_text;
 use super::file_plan::FilePlan;
 use super::opened::Opened;
 use super::progress::Progress;
+use super::settings::SettingArgs;
 use super::{load, option};
 use crate::device;
 use crate::exit::{Failure, Outcome};
@@ -66,9 +67,8 @@ pub struct Args {
     /// What runs it: jit (compiled, fixed point), interp (the reference) or ideal (f64)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
-    /// Give a parameter another value at all points, such as weight=0.4N
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    settings: SettingArgs,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> Outcome {
         .writes("--plot", &args.plot, &["svg", "png"])
         .check()?;
     let points = points(args).map_err(Failure::Usage)?;
-    let sets = load::sets(&args.sets)?;
+    let sets = args.settings.all()?;
     if let Some((name, _)) = sets
         .iter()
         .find(|set| args.overs.iter().any(|o| o.name == set.0))

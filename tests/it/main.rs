@@ -1,6 +1,7 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod arm;
 mod bowed;
 mod budget;
 mod button_and_knob;
@@ -36,6 +37,7 @@ mod pipeline;
 mod played;
 mod player;
 mod ports;
+mod presets;
 mod random_programs;
 mod readme;
 mod reference;

@@ -12,15 +12,11 @@ use whippen_runtime::engine::EngineKind;
 use whippen_runtime::report::{Made, Page, Section};
 use whippen_runtime::session::{self, Run};
 
-use crate::common::{all, gesture_of};
+use crate::common::{all, played};
 
 /// A run of the first `seconds` of the bundled gesture and its page.
 fn page(compiled: &Compiled, seconds: f64) -> (Run, Page) {
-    let mut positions = gesture_of(compiled);
-    positions.truncate((seconds * 44_100.0) as usize);
-    let device = Device::of(&compiled.model);
-    let run =
-        session::run(compiled, &device, EngineKind::Jit, &positions, |_| ()).expect("it runs");
+    let (device, run) = (Device::of(&compiled.model), played(compiled, seconds));
     let sources = [(
         "a <b>.whip".to_string(),
         "// </script><script>alert(1)</script>\n".to_string(),
