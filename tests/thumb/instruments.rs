@@ -1,4 +1,4 @@
-//! Every bundled instrument, as one mode and specialized, on its gesture and on noise.
+//! Every bundled instrument of a key, as one mode and specialized, on its gesture and on noise.
 
 use crate::target::{CORES, Target};
 use std::path::Path;
@@ -7,6 +7,7 @@ use whippen_compiler::check::Options;
 use whippen_compiler::front::compile_front;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::kernel::{Interp, Kernel, without_probes};
+use whippen_compiler::model::Model;
 use whippen_compiler::modes::{Modes, specialize};
 use whippen_compiler::pipeline::compile;
 use whippen_compiler::source::SourceMap;
@@ -16,16 +17,13 @@ use whippen_runtime::gesture;
 
 /// Keys, each behind the one before it.
 const KEYS: usize = 3;
-/// Ticks of each kind of words, and of what has several ports and is played once.
+/// Ticks of each kind of words.
 const TICKS: usize = 6000;
-const TICKS_ONCE: usize = 500;
-/// What keeps more of a tick on the stack than code for a Cortex-M0+ reaches.
-const NOT_ON_V6M: [&str; 4] = ["rubbed_bank", "rubbed_pad", "rubbed_mouse", "bowed_violin"];
 /// Instructions that modes may have.
 const INSTRUCTIONS: usize = 4000;
 
-/// The kernel of every bundled instrument and some more, without observation, and the words of its
-/// gesture.
+/// The kernel of every bundled instrument of a key and some more, without observation, and the
+/// words of its gesture.
 fn all() -> Vec<(Kernel, Vec<u16>)> {
     let mut kernels = Vec::new();
     let bundled = INSTRUMENTS.iter().map(|(file, _)| ("instruments", *file));
@@ -42,6 +40,7 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
         "plucked_string.whip",
         "bowed_string.whip",
     ];
+    // What is played once fits on no core, and what it is made of is below.
     for (folder, file) in bundled.chain(others.map(|file| ("tests/programs", file))) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join(folder)
@@ -53,7 +52,8 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
         );
         let (program, diagnostics) = compile_front(&mut map, &Options::default());
         let program = program.unwrap_or_else(|| panic!("{file}: {diagnostics:#?}"));
-        for model in program.instruments {
+        let is_meant = |model: &Model| folder != "instruments" || model.is_of_key();
+        for model in program.instruments.into_iter().filter(is_meant) {
             let device = Device::of(&model);
             let gestures = match model.senses.len() {
                 1 => vec![gesture::bundled(&model)],
@@ -78,17 +78,12 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
 /// at the end.
 fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize, usize) -> u16) {
     let kernel = &modes.kernel;
-    let (keys, ticks) = if kernel.inputs.len() == 1 {
-        (KEYS, TICKS)
-    } else {
-        (1, TICKS_ONCE)
-    };
-    let mut interp = Interp::new(kernel, keys).expect("verifies");
-    let mut target = Target::new(modes, keys as u32, core);
-    let mut drive = vec![0; keys * kernel.outputs.len()];
-    for tick in 0..ticks {
+    let mut interp = Interp::new(kernel, KEYS).expect("verifies");
+    let mut target = Target::new(modes, KEYS as u32, core);
+    let mut drive = vec![0; KEYS * kernel.outputs.len()];
+    for tick in 0..TICKS {
         let places =
-            (0..keys).flat_map(|key| (0..kernel.inputs.len()).map(move |port| (key, port)));
+            (0..KEYS).flat_map(|key| (0..kernel.inputs.len()).map(move |port| (key, port)));
         let words: Vec<u16> = places.map(|(key, port)| words(tick, key, port)).collect();
         if tick == 0 {
             interp.init(&words);
@@ -112,7 +107,7 @@ fn compare(modes: &Modes, core: CoreKind, words: impl Fn(usize, usize, usize) ->
         );
     }
     let stored = |cell: &usize| modes.modes.iter().all(|mode| !mode.known[*cell]);
-    for key in 0..keys {
+    for key in 0..KEYS {
         for cell in (0..kernel.cells.len()).filter(stored) {
             let want = interp.cell(key, cell, 0).expect("a cell");
             assert_eq!(
@@ -131,10 +126,7 @@ fn both(words: impl Fn(&[&[u16]], usize, usize, usize) -> u16) {
     for (kernel, gesture) in all() {
         let rows: Vec<&[u16]> = gesture.chunks(kernel.inputs.len()).collect();
         for modes in [Modes::single(&kernel), specialize(&kernel, INSTRUCTIONS)] {
-            let reaches = |core: &CoreKind| {
-                *core != CoreKind::CortexM0Plus || !NOT_ON_V6M.contains(&&*kernel.name)
-            };
-            for core in CORES.into_iter().filter(reaches) {
+            for core in CORES {
                 compare(&modes, core, |tick, key, port| {
                     words(&rows, tick, key, port)
                 });
@@ -146,11 +138,7 @@ fn both(words: impl Fn(&[&[u16]], usize, usize, usize) -> u16) {
 #[test]
 fn on_the_bundled_gesture() {
     // Every seventh word: a stroke seven times as fast meets every transition in fewer ticks.
-    // What is played once has fewer ticks and goes on faster.
-    both(|rows, tick, key, port| {
-        let step = if rows[0].len() == 1 { 7 } else { 83 };
-        rows[(step * tick + 997 * key) % rows.len()][port]
-    });
+    both(|rows, tick, key, port| rows[(7 * tick + 997 * key) % rows.len()][port]);
 }
 
 /// So far apart is the noise of ports.
