@@ -142,11 +142,11 @@ fn instruments(find: Find, mode: &[&str]) {
     for compiled in common::all_and_programs() {
         let all = common::gesture_words(&compiled);
         let rows = all.chunks(compiled.model.senses.len());
-        // What is played once takes longer: one of it, and every eleventh row.
+        // What is played once takes longer: two of it, and fewer rows.
         let (step, keys) = if compiled.model.is_of_key() {
             (7, 5)
         } else {
-            (11, 1)
+            (41, 2)
         };
         let words = rows.step_by(step).collect::<Vec<_>>().concat();
         let bare = without_probes(&compiled.lowered.kernel);
