@@ -121,6 +121,31 @@ fn a_glide_makes_no_step_however_it_is_set() {
 }
 
 #[test]
+fn noise_differs_from_member_to_member_of_a_bank() {
+    let text = "instrument i {
+        sense x: length in 0 mm .. 10 mm
+        bank all over n in 0 .. 2 { noise hiss let loud = hiss }
+        force f = 1 N * sum(all.loud)
+    }";
+    let compiled = common::compiled("noise.whip", text, &[]).remove(0);
+    let mut words: Vec<u32> = compiled.model.noises.iter().map(|n| n.first(0)).collect();
+    assert_eq!(words.len(), 3);
+    let correlation = |words: &mut Vec<u32>, a: usize, b: usize| -> f64 {
+        let mut sum = 0.0;
+        for _ in 0..10_000 {
+            words.iter_mut().for_each(|word| *word = Noise::stir(*word));
+            sum += Noise::value(words[a]) * Noise::value(words[b]);
+        }
+        3.0 * sum / 10_000.0
+    };
+    for (a, b) in [(0, 1), (1, 2), (0, 2)] {
+        let found = correlation(&mut words, a, b);
+        assert!(found.abs() < 0.05, "{a} {b}: {found}");
+    }
+    assert!((correlation(&mut words, 1, 1) - 1.0).abs() < 0.05);
+}
+
+#[test]
 fn noise_is_the_same_words_everywhere_and_differs_from_key_to_key() {
     let text = "instrument i { noise hiss sense x: length in 0 mm .. 10 mm force f = 1 N * hiss }
                 keyboard k { board rp2350 rate 44100 Hz keys C4 .. D4 programs i }";

@@ -21,6 +21,7 @@ mod chain;
 mod clamp;
 mod commit;
 mod convert;
+mod curve;
 mod delay;
 mod export;
 mod format;
@@ -105,6 +106,8 @@ struct Lowerer<'a> {
     strands: strand::Strands,
     /// Cells of channels.
     channels: Vec<u32>,
+    /// Curves so far, with their slopes.
+    curves: curve::Curves,
     /// Tables of functions, by what is in them.
     tables: HashMap<Vec<i32>, u32>,
     lives: Vec<(u32, f64)>,
@@ -135,6 +138,7 @@ impl<'a> Lowerer<'a> {
             noises: IdMap::new(),
             strands: strand::Strands::default(),
             channels: Vec::new(),
+            curves: curve::Curves::default(),
             tables: HashMap::new(),
             lives: Vec::new(),
             keyed: Vec::new(),
