@@ -103,8 +103,8 @@ struct Lowerer<'a> {
     noises: IdMap<NoiseId, u32>,
     /// Cells and words of strings.
     strands: strand::Strands,
-    /// Cells of channels.
-    channels: Vec<u32>,
+    /// What is heard.
+    channels: Vec<sound::Channel>,
     /// Tables of functions, by what is in them.
     tables: HashMap<Vec<i32>, u32>,
     lives: Vec<(u32, f64)>,
@@ -180,7 +180,6 @@ impl<'a> Lowerer<'a> {
             updates,
             fed,
             strands,
-            channels: self.channels,
             origins,
         })
     }
