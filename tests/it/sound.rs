@@ -310,7 +310,7 @@ fn boards_let_hear_what_the_reference_does() {
         .with("plucked.whip", include_str!("../programs/sound.whip"))
         .with("loud.whip", "instrument l { sense x: length in 0 mm .. 10 mm force f = 9 N/m * x sound a = 1500 m^-1 * x }");
     let play = |file: &str, more: &[&str]| {
-        let run = ["run", file, "--seconds", "0.3", "--out", "heard.wav"];
+        let run = ["run", file, "--seconds", "0.45", "--out", "heard.wav"];
         let (out, _) = shell.ends(0, &[&run[..], more].concat());
         let clipped = out.lines().find(|line| line.contains("clipped at full"));
         let bytes = std::fs::read(shell.path("heard.wav")).expect("is written");

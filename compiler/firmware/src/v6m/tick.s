@@ -19,7 +19,7 @@ tick:   push    {r4-r7, lr}
         ldr     r2, [r4, #C_LATCH]
         cmp     r2, #0
         bne     latch
-latched:
+7:                                      @ latch.s comes back here
         .endif
         ldr     r5, =alarm
         ldr     r2, [r4, #C_TICK]
