@@ -100,7 +100,7 @@ fn what_does_not_play_is_not_heard() {
     let (loud, silent) = (kernel(HEARD), kernel(&silent()));
     let mut rig = Rig::with(&[&loud, &silent], 0, &setup());
     // All keys together are a quarter of full scale, which each core has half of.
-    let (row, quarter) = (vec![32_768 + 93; KEYS], 44 * 93 << 15);
+    let (row, quarter) = (vec![32_768 + 93; KEYS], (44 * 93) << 15);
     rig.play(row.repeat(200));
     rig.converter().listening = true;
     let samples = |rig: &mut Rig, ticks: usize| {
@@ -120,7 +120,7 @@ fn what_does_not_play_is_not_heard() {
     assert!(silences.contains(&found), "{found:?}");
     let mailbox = rig.symbol("mailbox");
     // In the tick in which the last key of each core begins, all others are heard.
-    let begins = 86 * 93 << 15;
+    let begins = (86 * 93) << 15;
     let heard = [vec![2 * quarter, 0], vec![0, begins, 2 * quarter]];
     for (request, program) in [(1, 1), (2, 0)] {
         rig.set(mailbox + 4, u32::MAX);
