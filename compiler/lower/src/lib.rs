@@ -104,8 +104,8 @@ struct Lowerer<'a> {
     noises: IdMap<NoiseId, u32>,
     /// Cells and words of strings.
     strands: strand::Strands,
-    /// Cells of channels.
-    channels: Vec<u32>,
+    /// What is heard.
+    channels: Vec<sound::Channel>,
     /// Curves so far, with their slopes.
     curves: curve::Curves,
     /// Tables of functions, by what is in them.
@@ -184,7 +184,6 @@ impl<'a> Lowerer<'a> {
             updates,
             fed,
             strands,
-            channels: self.channels,
             origins,
         })
     }
