@@ -189,6 +189,9 @@ pub(crate) fn record_body(
     let ports = compiled.model.senses.len();
     let (mut places, mut words) = (vec![0.0; ports], vec![0u16; ports]);
     let mut drive = vec![0i16; compiled.lowered.kernel.outputs.len()];
+    if recorder.listens() {
+        engine.listen().map_err(RunError::Engine)?;
+    }
     for tick in 0..ticks {
         body.move_to(tick, (tick > 0).then_some(&drive), &mut places);
         watch.words(tick, &places, &mut words);
@@ -209,7 +212,7 @@ pub(crate) fn record_body(
     if let Some(trouble) = engine.board().and_then(|board| board.trouble()) {
         return Err(RunError::Engine(trouble.to_string()));
     }
-    let (trace, happenings) = recorder.finish().map_err(RunError::Output)?;
+    let (trace, happenings) = recorder.finish(&mut engine).map_err(RunError::Output)?;
     Ok(Run {
         trace,
         happenings,
