@@ -287,9 +287,8 @@ mod tests {
         for (_, text) in INSTRUMENTS {
             for model in program(text).instruments {
                 for observe in [true, false] {
-                    let scales = vec![MIKEY; model.senses.len()];
                     let compiled =
-                        compile(model.clone(), scales, observe).unwrap_or_else(|e| panic!("{e:?}"));
+                        compile(model.clone(), MIKEY, observe).unwrap_or_else(|e| panic!("{e:?}"));
                     println!("{}", compiled.lowered.kernel);
                     assert_eq!(compiled.lowered.exports.is_empty(), !observe);
                 }
