@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use whippen_isa::Arch;
 use whippen_isa::imm::thumb_shrink_imm;
 
-use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
+use super::code::{CoreCode, ProgramCode, ZoneCode, is_latched, is_split};
 use super::offsets::assembly_constants;
 use super::ports::Guards;
 use super::{FirmwareError, Motor, Passivity, Setup, Support, drive_offset_bytes};
@@ -82,6 +82,7 @@ pub fn constants(
     put("RECORD", record.into());
     put("GAIN", GAIN.into());
     put("ZONES", is_split(programs).into());
+    put("LATCH", is_latched(programs).into());
     put("FIRST_NOTE", setup.first_note.into());
     let turns = match setup.guards() {
         Guards::Keys => TURNS,
@@ -103,8 +104,9 @@ pub fn constants(
         put("HEAT_MAX", heat.max);
         put("CEILING_HOT", rounded(2 * motor.rated).into());
         put("MOVED", rounded(motor.newton).into());
-        put("AGE_RAIL", ticks(RAIL_MS).min(0xffff));
-        put("AGE_FROZEN", ticks(FROZEN_MS).min(0xffff));
+        // Twice as much is a word of the texts.
+        put("AGE_RAIL", ticks(RAIL_MS).clamp(1, 0x7fff));
+        put("AGE_FROZEN", ticks(FROZEN_MS).clamp(1, 0x7fff));
         let [low, high] = setup.ports[0].mid_travel;
         put("MID_LOW", low.into());
         put("MID_HIGH", high.into());
