@@ -39,7 +39,7 @@ pub mod session;
 pub mod sound;
 pub mod spectrogram;
 pub mod sticking;
-pub mod strings;
+pub mod strands;
 pub mod stroke;
 pub mod titles;
 pub mod trace;

@@ -140,7 +140,7 @@ pub struct WatchedFriction {
     idle_max: usize,
     window: LastTicks,
     whole: Tally,
-    settled: Tally,
+    second_half: Tally,
 }
 
 /// What is counted of a friction.
@@ -186,7 +186,7 @@ pub struct FrictionTally {
     /// Over the whole run.
     pub whole: Tally,
     /// Over its second half, in which what begins has settled.
-    pub settled: Tally,
+    pub second_half: Tally,
 }
 
 /// The last ticks of a friction, as a ring.
@@ -330,20 +330,20 @@ impl WatchedFriction {
             idle_max: ticks(1.0),
             window: LastTicks::new(ticks(PERIODS)),
             whole: Tally::default(),
-            settled: Tally::default(),
+            second_half: Tally::default(),
         })
     }
 
     /// Looks at what a tick will find.
     pub fn before(&mut self, engine: &Engine, compiled: &Compiled) {
         if let Rubbed::String { number, place } = self.on {
-            let rate = engine.string_rate(number, place.value(engine, compiled));
+            let rate = engine.strand_rate(number, place.value(engine, compiled));
             self.rates = [rate, self.rates[0]];
         }
     }
 
     /// Counts what the tick before did, of which this one has told.
-    pub fn after(&mut self, engine: &Engine, compiled: &Compiled, is_settled: bool) {
+    pub fn after(&mut self, engine: &Engine, compiled: &Compiled, is_second_half: bool) {
         let value = |index: usize| engine.value(0, index, &compiled.lowered.exports[index]);
         let slip = value(self.last);
         let rate = match self.on {
@@ -371,8 +371,8 @@ impl WatchedFriction {
         let periods = hz / self.rate_hz;
         self.window.push(self.state, lets_go);
         self.whole.add(self.state, lets_go, periods);
-        if is_settled {
-            self.settled.add(self.state, lets_go, periods);
+        if is_second_half {
+            self.second_half.add(self.state, lets_go, periods);
         }
     }
 
@@ -412,7 +412,7 @@ impl WatchedFriction {
         FrictionTally {
             name: self.name.clone(),
             whole: self.whole,
-            settled: self.settled,
+            second_half: self.second_half,
         }
     }
 }

@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -249,6 +250,42 @@ fn an_interrupted_run_keeps_what_was_played() {
     assert!(ticks.ends_with('\n'));
     assert_eq!(ticks.lines().count() - 1, samples.div_ceil(1000));
     assert!(shell.path("events.csv").exists());
+}
+
+#[test]
+fn interrupted_experiments_keep_those_that_were_played() {
+    let experiment = |title: &str, seconds: &str| {
+        format!(
+            "title = \"{title}\"\nprogram = \"click.whip\"\n[player]\n\
+             motion = [\"to 5 mm in 100 ms\", \"wait {seconds} s\"]\n[plot]\ntravel = \"x\"\n\
+             [[assert]]\ngreatest = \"x\"\nis = \"5 mm\"\nwithin = \"0.001 mm\"\n"
+        )
+    };
+    let shell = Shell::new()
+        .with("click.whip", CLICK)
+        .with("short.toml", &experiment("The short one", "0.1"))
+        .with("long.toml", &experiment("The long one", "200"));
+    let args = "experiment short.toml long.toml --json --report gallery.html";
+    let mut running = Command::new(env!("CARGO_BIN_EXE_whippen"))
+        .args(args.split(' '))
+        .current_dir(shell.path("."))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    let mut lines = BufReader::new(running.stdout.take().expect("stdout")).lines();
+    let first = lines.next().expect("a line").expect("UTF-8");
+    assert!(first.contains("\"short\""), "{first}");
+    send("-INT", &running);
+    let ended = running.wait_with_output().expect("ends");
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{told}");
+    assert!(
+        told.contains("1 of 2 experiments were played, and are kept"),
+        "{told}"
+    );
+    let gallery = std::fs::read_to_string(shell.path("gallery.html")).expect("is there");
+    assert!(gallery.contains("The short one") && !gallery.contains("The long one"));
 }
 
 #[test]

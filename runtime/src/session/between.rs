@@ -8,13 +8,13 @@ use crate::device::Device;
 use crate::engine::Engine;
 use crate::points::Point;
 use crate::sticking::{FrictionSignal, FrictionTally, WatchedFriction};
-use crate::strings::Strings;
+use crate::strands::Strands;
 use crate::vibration::Vibration;
 
 /// Looks at an engine between its ticks.
 pub(super) struct Between<'c> {
     compiled: &'c Compiled,
-    strings: Strings<'c>,
+    strings: Strands<'c>,
     points: Vec<Point>,
     frictions: Vec<Option<WatchedFriction>>,
     /// Of each string; none where no picture is drawn.
@@ -31,7 +31,7 @@ impl<'c> Between<'c> {
         (points, draws, observes): (Vec<Point>, bool, bool),
         ticks: usize,
     ) -> Between<'c> {
-        let strings = Strings::new(compiled);
+        let strings = Strands::new(compiled);
         let numbers = 0..if draws && observes { strings.len() } else { 0 };
         let vibration = |number| Vibration::new(compiled, device, number, ticks);
         let frictions = match observes {

@@ -78,7 +78,7 @@ fn rubbed(friction: &FrictionTally, rate_hz: f64) -> Option<String> {
         Some(format!("sticks {share:.0} % of the time, {slips}"))
     };
     let whole = said(&friction.whole)?;
-    let settled = said(&friction.settled);
+    let settled = said(&friction.second_half);
     let settled = settled.map_or(String::new(), |said| {
         format!("; in the second half it {said}")
     });
@@ -102,7 +102,7 @@ fn friction_json(friction: &FrictionTally, rate_hz: f64) -> Value {
     json!({
         "friction": friction.name,
         "whole": tally(&friction.whole),
-        "second_half": tally(&friction.settled),
+        "second_half": tally(&friction.second_half),
     })
 }
 

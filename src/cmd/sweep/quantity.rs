@@ -21,10 +21,10 @@ const OF_RUN: [OfRun; 6] = [
         Some(run.counts.drive_clipped as f64)
     }),
     ("slips_per_period", "", |run| {
-        run.frictions.first()?.settled.slips_per_period()
+        run.frictions.first()?.second_half.slips_per_period()
     }),
     ("stick_share", "", |run| {
-        run.frictions.first()?.settled.stick_share()
+        run.frictions.first()?.second_half.stick_share()
     }),
 ];
 

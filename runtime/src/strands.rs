@@ -16,7 +16,7 @@ impl Engine<'_> {
     ///
     /// # Errors
     /// The memory of a board cannot be read, in words.
-    pub fn read_string(&self, number: usize, into: &mut RealStrand) -> Result<(), String> {
+    pub fn read_strand(&self, number: usize, into: &mut RealStrand) -> Result<(), String> {
         let (compiled, lowered) = match self {
             Engine::Ideal(c, ideal) => {
                 let state = &ideal.state(0).strands[c.lowered.strands[number].strand];
@@ -64,7 +64,7 @@ impl Engine<'_> {
 
     /// The rate of a string (its number among the lowered) of the first key at a place (m from
     /// where it begins), as the next tick finds it (m/s); not a number on a board.
-    pub fn string_rate(&self, number: usize, place_m: f64) -> f64 {
+    pub fn strand_rate(&self, number: usize, place_m: f64) -> f64 {
         let (Engine::Jit(c, _)
         | Engine::Interp(c, _)
         | Engine::Ideal(c, _)
@@ -109,18 +109,18 @@ fn read_cells(
 
 /// The strings of a program, as the next tick finds them.
 #[derive(Debug, Clone)]
-pub struct Strings<'c> {
+pub struct Strands<'c> {
     compiled: &'c Compiled,
     /// In the order in which they were lowered.
     states: Vec<RealStrand>,
 }
 
-impl<'c> Strings<'c> {
+impl<'c> Strands<'c> {
     /// All at rest.
-    pub fn new(compiled: &'c Compiled) -> Strings<'c> {
+    pub fn new(compiled: &'c Compiled) -> Strands<'c> {
         let lowered = compiled.lowered.strands.iter();
         let states = lowered.map(|one| RealStrand::new(&compiled.model.strands[one.strand]));
-        Strings {
+        Strands {
             compiled,
             states: states.collect(),
         }
@@ -129,10 +129,10 @@ impl<'c> Strings<'c> {
     /// Reads all of them.
     ///
     /// # Errors
-    /// As [`Engine::read_string`].
+    /// As [`Engine::read_strand`].
     pub fn read(&mut self, engine: &Engine) -> Result<(), String> {
         let mut states = self.states.iter_mut().enumerate();
-        states.try_for_each(|(number, state)| engine.read_string(number, state))
+        states.try_for_each(|(number, state)| engine.read_strand(number, state))
     }
 
     /// What a string is.
