@@ -33,7 +33,7 @@ use crate::trace::Trace;
 
 pub use columns::{
     ALL, Recorded, Signal, argument_title, argument_titles, arguments, choose, driven,
-    event_headings, friction_titles, marked, recorded, roles, roles_of_all, roles_of_run, suffix,
+    event_headings, marked, recorded, roles, roles_of_all, roles_of_run, sticking_titles, suffix,
     title, titles, unit, unit_of_cell,
 };
 use recorder::Recorder;

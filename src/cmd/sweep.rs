@@ -29,7 +29,7 @@ use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::say::{self, say, tell};
 use grid::Over;
-use quantity::SweptNumber;
+use quantity::{Measured, SweptNumber};
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -97,9 +97,6 @@ struct Done {
     /// Why nothing was.
     trouble: Option<String>,
 }
-
-/// Numbers that were measured, and values that are lines.
-type Measured = (Vec<Option<f64>>, Vec<Option<f64>>);
 
 /// What does not change from point to point.
 struct Swept<'a> {

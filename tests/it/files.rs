@@ -264,7 +264,7 @@ fn interrupted_experiments_keep_those_that_were_played() {
     let shell = Shell::new()
         .with("click.whip", CLICK)
         .with("short.toml", &experiment("The short one", "0.1"))
-        .with("long.toml", &experiment("The long one", "200"));
+        .with("long.toml", &experiment("The long one", "59"));
     let args = "experiment short.toml long.toml --json --report gallery.html";
     let mut running = Command::new(env!("CARGO_BIN_EXE_whippen"))
         .args(args.split(' '))

@@ -236,7 +236,7 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
         &run.trace,
         &Roles {
             coordinates: [roles.coordinates, rest].concat(),
-            machines: [roles.machines, session::friction_titles(compiled, true)].concat(),
+            machines: [roles.machines, session::sticking_titles(compiled)].concat(),
             ..roles
         },
     )

@@ -174,25 +174,17 @@ pub fn roles(compiled: &Compiled) -> Roles {
             &|kind| matches!(kind, ExportKind::Force(f) if is_first(f)),
         ),
         total: total.unwrap_or_default(),
-        coordinates: [
-            senses,
-            others,
-            coordinates,
-            heard,
-            friction_titles(compiled, false),
-        ]
-        .concat(),
+        coordinates: [senses, others, coordinates, heard].concat(),
         machines: titles(compiled, &|kind| matches!(kind, ExportKind::Machine(_))),
         mark: marked(model).to_string(),
     }
 }
 
-/// The titles of the columns of frictions: when they stick, which a picture is too coarse for, or
-/// how much and how often.
-pub fn friction_titles(compiled: &Compiled, of_state: bool) -> Vec<String> {
+/// The titles of the columns that say when frictions stick, for which a picture is too coarse.
+pub fn sticking_titles(compiled: &Compiled) -> Vec<String> {
     let all = sticking::headings(compiled, EngineKind::Jit).into_iter();
-    let wanted = all.filter(|(.., signal)| (*signal == FrictionSignal::State) == of_state);
-    wanted.map(|(heading, ..)| heading.title()).collect()
+    let states = all.filter(|(.., signal)| *signal == FrictionSignal::State);
+    states.map(|(heading, ..)| heading.title()).collect()
 }
 
 /// The same with the points of strings that were chosen.

@@ -28,6 +28,9 @@ const OF_RUN: [OfRun; 6] = [
     }),
 ];
 
+/// Numbers that were measured, and values of the program; none where there is none.
+pub type Measured = (Vec<Option<f64>>, Vec<Option<f64>>);
+
 /// A number that is wanted.
 #[derive(Debug, Clone, Copy)]
 pub enum SweptNumber {
@@ -86,7 +89,7 @@ pub fn measure(
     compiled: &Compiled,
     device: &Device,
     engine: EngineKind,
-) -> Result<(Vec<Option<f64>>, Vec<Option<f64>>), String> {
+) -> Result<Measured, String> {
     let key = wanted.iter().any(SweptNumber::is_of_key).then(|| {
         let protocol = Protocol::of(&compiled.model, engine);
         measure_key(compiled, device, &protocol)
