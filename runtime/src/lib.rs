@@ -22,6 +22,7 @@ pub mod engine;
 mod entries;
 pub mod experiment;
 pub mod files;
+pub mod fit;
 pub mod gesture;
 pub mod image;
 pub mod keyboard;

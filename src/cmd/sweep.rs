@@ -1,6 +1,6 @@
 //! `whippen sweep`: measured numbers over a grid or over Sobol points of parameters.
 
-mod grid;
+pub mod grid;
 mod quantity;
 mod shown;
 
@@ -14,8 +14,6 @@ use whippen_compiler::check::Options;
 use whippen_compiler::diag::{Severity, nearest};
 use whippen_compiler::model::Model;
 use whippen_compiler::parallel;
-use whippen_compiler::pipeline;
-use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 
@@ -23,7 +21,7 @@ use super::budget::write_text;
 use super::file_plan::FilePlan;
 use super::opened::Opened;
 use super::progress::Progress;
-use super::{load, option};
+use super::{load, option, point};
 use crate::device;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
@@ -276,24 +274,8 @@ impl Swept<'_> {
         let overs = self.args.overs.iter().zip(point);
         let own = overs.map(|(over, value)| over.setting(*value));
         let sets: Vec<_> = self.sets.iter().cloned().chain(own).collect();
-        let mut map = SourceMap::default();
-        for (name, text) in self.sources {
-            map.add(name, text);
-        }
-        let (program, found) = pipeline::front(&mut map, &options(self.args, &sets));
-        let Some(program) = program else {
-            let worst = found.iter().max_by_key(|d| d.severity());
-            return Err(worst.map_or(String::new(), |d| d.message.clone()));
-        };
-        let model = load::one_key(&program, self.name, None);
-        let model = model.map_err(|_| "there is no such instrument".to_string())?;
-        let compiled = pipeline::compile(model, self.device.scales(), true);
-        let compiled = compiled.map_err(|error| match error {
-            pipeline::CompileError::Program(found) => {
-                found.first().map_or(String::new(), |d| d.message.clone())
-            }
-            pipeline::CompileError::Defect(why) => why,
-        })?;
+        let options = options(self.args, &sets);
+        let compiled = point::compiled(self.sources, self.name, &options, &self.device)?;
         let wanted = (&self.args.wanted[..], &self.args.lines[..]);
         quantity::measure(wanted, &compiled, &self.device, self.args.engine)
     }

@@ -16,6 +16,7 @@ mod escapement;
 mod experiment;
 mod files;
 mod first_mechanisms;
+mod fit;
 mod friction;
 mod functions;
 mod grammar;
