@@ -5,6 +5,7 @@ mod build;
 mod check;
 mod command;
 mod completions;
+mod count;
 mod dump;
 mod emulate;
 mod errors;

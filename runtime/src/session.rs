@@ -201,6 +201,9 @@ pub(crate) fn record_body(
     let ports = compiled.model.senses.len();
     let (mut places, mut words) = (vec![0.0; ports], vec![0u16; ports]);
     let mut drive = vec![0i16; compiled.lowered.kernel.outputs.len()];
+    if recorder.listens() {
+        engine.listen().map_err(RunError::Engine)?;
+    }
     for tick in 0..ticks {
         body.move_to(tick, (tick > 0).then_some(&drive), &mut places);
         watch.words(tick, &places, &mut words);
@@ -225,7 +228,8 @@ pub(crate) fn record_body(
     if let Some(trouble) = engine.board().and_then(|board| board.trouble()) {
         return Err(RunError::Engine(trouble.to_string()));
     }
-    let (trace, happenings, frictions) = recorder.finish().map_err(RunError::Output)?;
+    let finished = recorder.finish(&mut engine);
+    let (trace, happenings, frictions) = finished.map_err(RunError::Output)?;
     Ok(Run {
         trace,
         happenings,

@@ -20,13 +20,22 @@ fn line(compiled: &Compiled, device: &Device, lowered: &LoweredStrand) -> String
     let strand = &compiled.model.strands[lowered.strand];
     let bend = shown(strand.largest_bend(compiled.model.rate_hz), Dim::LENGTH);
     format!(
-        "  string {}: {} points, stable ({:.4} of 2){}; what bends by more than {bend} between neighbours saturates{}",
+        "  string {}: {} points{}, stable ({:.4} of 2){}; what bends by more than {bend} between neighbours saturates{}",
         strand.name,
         strand.parts - 1,
+        capped(strand),
         lowered.sum,
         pitch(compiled, device, strand),
         rounded(lowered.error)
     )
+}
+
+/// Whether it has no more points only because no string has.
+fn capped(strand: &Strand) -> &'static str {
+    match strand.points.is_none() && strand.parts == Strand::PARTS[1] {
+        true => " (the most that a string may have)",
+        false => "",
+    }
 }
 
 /// What a tick rounds, where a bound of that is known.

@@ -390,9 +390,18 @@ impl<'c> Recorder<'c> {
         Ok(())
     }
 
+    /// Whether it is listened to.
+    pub(super) fn listens(&self) -> bool {
+        self.sound.is_some()
+    }
+
     /// Ends the tables, which then have their names.
-    pub(super) fn finish(mut self) -> Result<(Trace, Happenings, Vec<FrictionTally>), FileError> {
-        if let Some(sound) = self.sound {
+    pub(super) fn finish(
+        mut self,
+        engine: &mut Engine,
+    ) -> Result<(Trace, Happenings, Vec<FrictionTally>), FileError> {
+        if let Some(mut sound) = self.sound {
+            sound.end(engine)?;
             self.happenings.clipped_samples = sound.finish()?;
         }
         if let Some((path, table)) = self.ticks {

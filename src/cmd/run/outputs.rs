@@ -113,11 +113,6 @@ impl Outputs {
             .map_err(|why| Failure::Usage(format!("--columns: {why}")))?
             .with_points(self.chosen_points(compiled, kind)?);
         if let Some(path) = self.sound()? {
-            if kind.board().is_some() {
-                return Err(Failure::Usage(
-                    "--out: the firmware of the engine `emulated` gives no sound; take another engine for it".into(),
-                ));
-            }
             recording = recording.with_sound(SoundFile::create(path, compiled).map_err(usage)?);
         }
         if let Some(path) = self.trace()? {

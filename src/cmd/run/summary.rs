@@ -14,14 +14,15 @@ use whippen_runtime::titles::split_title;
 use whippen_runtime::trace::EventRow;
 
 use super::Outputs;
+use crate::cmd::count::count_keys;
 use crate::say::say;
 
 /// What a run took on the board, and what went wrong there.
-pub fn report_load(load: &Load) {
+pub fn report_load(load: &Load, is_once: bool) {
     for (number, core) in load.cores.iter().enumerate() {
         say!(
-            "  core {number}: {} keys, longest tick {} of {} cycles, {:.1} % busy, {} missed, faults {}",
-            core.keys,
+            "  core {number}: {}, longest tick {} of {} cycles, {:.1} % busy, {} missed, faults {}",
+            count_keys(core.keys, is_once),
             core.frame_cycles_max,
             load.period_cycles,
             100.0 * core.utilisation(load),
@@ -60,7 +61,7 @@ pub fn report_run(compiled: &Compiled, run: &Run, kind: EngineKind, notes: &[Str
         say!("  {clipped} samples of the sound clipped at full scale");
     }
     if let Some(load) = &run.load {
-        report_load(load);
+        report_load(load, !compiled.model.is_of_key());
         say!(
             "  traced are the drive and what is emitted: a board keeps no values and transitions of a tick"
         );
