@@ -51,4 +51,5 @@ mod strokes;
 mod sweep;
 mod tables;
 mod told;
+mod vibrating;
 mod zones;

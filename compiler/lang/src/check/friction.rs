@@ -136,8 +136,7 @@ impl<'a> Elaborator<'a, '_> {
         };
         let value = self.slot(force);
         let slip = self.rub_of(on).slip;
-        let exported = !self.scopes[scope.0].in_std();
-        if let Some(rubbed) = first.filter(|_| exported) {
+        if let Some(rubbed) = first {
             self.export(scope, rubbed.name, value);
             let name = Name {
                 node: format!("{}.slip", rubbed.name.node),
