@@ -1,12 +1,12 @@
-//! Boards and devices on the command line: bundled ones by name, others by their file.
+//! Boards, devices and presets on the command line: bundled ones by name, others by their file.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::bundled::{BOARDS, DEVICES};
+use whippen_compiler::bundled::{BOARDS, DEVICES, PRESETS};
 use whippen_compiler::diag::nearest;
 
-/// A kind of hardware.
+/// A kind of file that comes with Whippen.
 #[derive(Debug, Clone, Copy)]
 pub struct Hardware {
     /// What it is called, one and several of it.
@@ -32,6 +32,14 @@ pub const BOARD: Hardware = Hardware {
     names: "boards",
     bundled: BOARDS,
     page: "docs/build.md, under Boards,",
+};
+
+/// What several parameters are.
+pub const PRESET: Hardware = Hardware {
+    name: "preset",
+    names: "presets",
+    bundled: PRESETS,
+    page: "docs/tools.md, under Presets,",
 };
 
 impl Hardware {
@@ -92,7 +100,7 @@ mod tests {
     #[test]
     fn the_pages_that_are_named_are_there() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        for page in [DEVICE.page, BOARD.page] {
+        for page in [DEVICE.page, BOARD.page, PRESET.page] {
             let file = page.split(',').next().unwrap_or_default();
             assert!(root.join(file).is_file(), "{page}");
         }

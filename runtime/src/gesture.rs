@@ -20,6 +20,8 @@
 //!
 //! Not here: recorded motions (`motion`), strokes made from MIDI notes (`stroke`).
 
+mod hands;
+
 use whippen_compiler::model::{Model, Sense};
 
 /// One move to a depth, at rest there afterwards.
@@ -196,11 +198,20 @@ pub fn bundled(model: &Model) -> Gesture {
     }
 }
 
-/// The bundled gestures of the ports of an instrument with several, of equal length: each goes from
-/// its rest, which is 0 or the end nearest to it, far to one side, far to the other and back,
-/// slowly and then fast; each port a quarter of a period later than the one before it, so that two
-/// go round each other.
+/// The bundled gestures of the ports of an instrument with several, of equal length.
 pub fn bundled_ports(model: &Model) -> Vec<Gesture> {
+    hands::of(model).map_or_else(|| rounds(model), |(_, gestures)| gestures)
+}
+
+/// What they are, in words.
+pub fn bundled_name(model: &Model) -> &'static str {
+    hands::of(model).map_or("gesture of several ports", |(name, _)| name)
+}
+
+/// The ports of any instrument: each goes from its rest, which is 0 or the end nearest to it, far
+/// to one side, far to the other and back, slowly and then fast; each a quarter of a period later
+/// than the one before it, so that two go round each other.
+fn rounds(model: &Model) -> Vec<Gesture> {
     let ports = model.senses.len();
     let all: f64 = ROUNDS_S.iter().sum();
     let last = ROUNDS_S[0] * 0.25 * ports as f64;

@@ -14,6 +14,7 @@ use whippen_runtime::ringing;
 
 use super::load::{self, Form};
 use super::opened::Opened;
+use super::settings::SettingArgs;
 use super::{json, numbers, option, strings, watch};
 use crate::device::{self, NoDevice};
 use crate::exit::{Failure, Outcome};
@@ -31,9 +32,8 @@ pub struct Args {
     /// Print one JSON object per line instead: diagnostics, and with --numbers the tables
     #[arg(long)]
     json: bool,
-    /// Give a parameter another value, such as weight=0.4N
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    settings: SettingArgs,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
     #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
@@ -49,13 +49,14 @@ pub fn run(args: &Args) -> Outcome {
     }
     let opened = Opened::files(&args.files)?;
     let files = opened.paths().cloned();
-    let files: Vec<PathBuf> = files.chain(device::file(args.device.as_deref())).collect();
+    let files = files.chain(device::file(args.device.as_deref()));
+    let files: Vec<PathBuf> = files.chain(args.settings.files()).collect();
     watch::watch(&files, || once(args))
 }
 
 fn once(args: &Args) -> Outcome {
     let options = Options {
-        sets: load::sets(&args.sets)?,
+        sets: args.settings.all()?,
         rate_hz: args.rate,
         ..Options::default()
     };

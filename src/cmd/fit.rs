@@ -28,6 +28,7 @@ use super::budget::write_text;
 use super::file_plan::FilePlan;
 use super::opened::Opened;
 use super::progress::during;
+use super::settings::SettingArgs;
 use super::{load, option, point};
 use crate::device;
 use crate::exit::{Failure, Outcome};
@@ -90,9 +91,8 @@ pub struct Args {
     /// What runs it: ideal (f64), jit (compiled, fixed point) or interp (the reference)
     #[arg(long, default_value = "ideal")]
     engine: EngineKind,
-    /// Give a parameter that is not free another value, such as weight=0.4N
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    settings: SettingArgs,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
@@ -161,7 +161,7 @@ pub fn run(args: &Args) -> Outcome {
     let opened = Opened::words(&args.words)?;
     plan(args, &opened).check()?;
     counts_fit(args).map_err(Failure::Usage)?;
-    let sets = load::sets(&args.sets)?;
+    let sets = args.settings.all()?;
     let options = options(args, &sets);
     let (map, program) = load::checked(&opened.sources, &options, Severity::Warning)?;
     let model = load::one_key(&program, opened.name, None)?;

@@ -163,7 +163,7 @@ pub fn checked_as(
         let first_set = map.files().len() - options.sets.len();
         let set_wrong = errors(&diagnostics).all(|d| d.span.file as usize >= first_set);
         return Err(if set_wrong {
-            Failure::Usage("`--set` cannot be used as given".into())
+            Failure::Usage("`--set` or `--preset` cannot be used as given".into())
         } else {
             Failure::Program
         });

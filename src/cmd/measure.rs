@@ -25,6 +25,7 @@ use super::keys;
 use super::opened::Opened;
 use super::progress::Progress;
 use super::run::stopped;
+use super::settings::SettingArgs;
 use super::{load, option};
 use crate::device;
 use crate::exit::{Failure, Outcome};
@@ -53,9 +54,8 @@ pub struct Args {
     /// What runs it: jit (compiled, fixed point), interp (the reference) or ideal (f64)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
-    /// Give a parameter another value, such as weight=0.4N
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    settings: SettingArgs,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Outcome {
     let recorded = args.compare.as_deref().map(RecordedKeys::load).transpose();
     let recorded = recorded.map_err(|e| Failure::Usage(e.to_string()))?;
     let options = Options {
-        sets: load::sets(&args.sets)?,
+        sets: args.settings.all()?,
         rate_hz: args.tick_rate,
         ..Options::default()
     };

@@ -203,7 +203,10 @@ impl MotionArgs {
             return Positions {
                 places: gestures.into_iter().map(place).collect(),
                 start_s: 0.0,
-                notes: vec!["the bundled gesture of several ports (synthetic)".to_string()],
+                notes: vec![format!(
+                    "the bundled {} (synthetic)",
+                    gesture::bundled_name(model)
+                )],
             };
         }
         let of = if model.turns() {

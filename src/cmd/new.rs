@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use whippen_compiler::bundled::{INSTRUMENTS, KEYBOARDS};
-use whippen_compiler::syntax::ast::{File, Item};
+use whippen_compiler::syntax::ast::{DeclKind, File, Item};
 use whippen_compiler::syntax::parse;
 use whippen_compiler::syntax::token::HARD_KEYWORDS;
 use whippen_runtime::files::write_whole;
@@ -55,11 +55,16 @@ pub fn run(args: &Args) -> Outcome {
             "`{file}` exists already; choose another name, or move it away"
         )));
     }
-    let Copy { text, plays } = match &args.like {
+    let Copy {
+        text,
+        plays,
+        sounds,
+    } = match &args.like {
         Some(bundled) => copy(bundled, name),
         None => Copy {
             text: STARTER.replace(PLACEHOLDER, name),
             plays: None,
+            sounds: false,
         },
     };
     write_whole(&path, |file| file.write_all(text.as_bytes()))
@@ -67,7 +72,12 @@ pub fn run(args: &Args) -> Outcome {
     say!("wrote {file}; next:");
     say!("  whippen check {file} --numbers");
     let plays = plays.map_or(String::new(), |instrument| format!(" {instrument}"));
-    say!("  whippen run {file}{plays} --plot {name}.png --watch");
+    let out = if sounds {
+        format!(" --out {name}.wav")
+    } else {
+        String::new()
+    };
+    say!("  whippen run {file}{plays}{out} --plot {name}.png --watch");
     Ok(())
 }
 
@@ -76,6 +86,8 @@ struct Copy {
     text: String,
     /// The instrument to run, where there are several.
     plays: Option<String>,
+    /// Whether there is something to be heard.
+    sounds: bool,
 }
 
 /// A bundled program, whose instrument or keyboard gets the name. A keyboard has the instruments
@@ -112,7 +124,19 @@ fn copy(bundled: &str, name: &str) -> Copy {
             texts.join("\n")
         ),
         plays: instruments.next(),
+        sounds: trees.first().is_some_and(sounds),
     }
+}
+
+/// Whether an instrument of a file has a `sound`.
+fn sounds(tree: &File) -> bool {
+    tree.items.iter().any(|item| match item {
+        Item::Instrument(instrument) => {
+            let mut declared = instrument.decls.iter();
+            declared.any(|declaration| matches!(declaration.kind, DeclKind::Sound { .. }))
+        }
+        Item::Term(_) | Item::Keyboard(_) => false,
+    })
 }
 
 /// Gives the instrument or keyboard that a file is about, its last item, another name.

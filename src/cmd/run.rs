@@ -23,9 +23,11 @@ use super::keys::{self, KeysArgs, Setup};
 use super::motion::{MotionArgs, Positions};
 use super::on_board::BoardArgs;
 use super::opened::Opened;
+use super::settings::SettingArgs;
 use super::{command, errors, load, option, progress::Progress, watch};
 use crate::device;
 use crate::exit::{Failure, Outcome};
+use crate::interrupt;
 use crate::say::{self, say, tell};
 pub use outputs::Outputs;
 pub use summary::report_load;
@@ -54,13 +56,8 @@ pub struct Args {
     engine: EngineKind,
     #[command(flatten)]
     on_board: BoardArgs,
-    /// Give a parameter another value, such as weight=0.4N
-    #[arg(
-        long = "set",
-        value_name = "NAME=VALUE",
-        help_heading = "The instrument"
-    )]
-    sets: Vec<String>,
+    #[command(flatten)]
+    settings: SettingArgs,
     /// The same for several, as a JSON object, such as '{"k": 9e3, "weight": "0.4N"}'; plain
     /// numbers are in SI
     #[arg(
@@ -97,6 +94,7 @@ impl Args {
         named
             .cloned()
             .chain(device::file(self.device.as_deref()))
+            .chain(self.settings.files())
             .collect()
     }
 
@@ -140,7 +138,7 @@ fn run_once(args: &Args) -> Outcome {
     args.fits_engine().map_err(Failure::Usage)?;
     let (of_json, in_si) = load::json_sets(&args.set_json)?;
     let options = Options {
-        sets: [load::sets(&args.sets)?, of_json].concat(),
+        sets: [args.settings.all()?, of_json].concat(),
         in_si,
         rate_hz: args.tick_rate,
     };
@@ -203,9 +201,11 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         positions = positions.lasting(ticks.max(1));
     }
     let outputs = &args.outputs;
+    // A watch has its own way to end.
+    let stop = (!args.watch).then(interrupt::stops);
     let recording = |columns: Vec<Recorded>| {
         let recording = outputs.recording(columns, &compiled, engine)?;
-        Ok(recording.starting(positions.start_s))
+        Ok(recording.starting(positions.start_s).until(stop))
     };
     let (run, notes) = if args.hand.closes() {
         let hand = &args.hand;
@@ -232,11 +232,26 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         let object = summary::json(&compiled, &run, engine, checked.settings, outputs);
         say::whole(&format!("{object}\n"));
     }
+    ended(&compiled, &run)?;
     if args.errors {
         print_errors(&compiled, &device, engine, &positions)
     } else {
         Ok(())
     }
+}
+
+/// Whether a run came to its end.
+fn ended(compiled: &Compiled, run: &Run) -> Outcome {
+    let seconds = |ticks: usize| ticks as f64 / f64::from(compiled.model.rate_hz);
+    if run.counts.ticks < run.ticks_wanted {
+        tell!(
+            "interrupted: {:.2} of {:.2} s were played, and are kept",
+            seconds(run.counts.ticks),
+            seconds(run.ticks_wanted)
+        );
+        return Err(Failure::Interrupted);
+    }
+    Ok(())
 }
 
 /// Writes a page and says where it is.

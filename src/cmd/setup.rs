@@ -26,6 +26,7 @@ use super::load;
 use super::opened::Opened;
 use super::option;
 use super::progress;
+use super::settings::SettingArgs;
 use crate::device;
 use crate::exit::Failure;
 use crate::hardware::BOARD;
@@ -48,9 +49,8 @@ pub struct SetupArgs {
     /// one mode that knows nothing
     #[arg(long, value_name = "INSTRUCTIONS", allow_negative_numbers = true, default_value_t = INSTRUCTIONS, value_parser = option::modes)]
     modes: usize,
-    /// Give a parameter another value, such as weight=0.4N
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    settings: SettingArgs,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
 }
@@ -90,7 +90,8 @@ impl SetupArgs {
     /// All files that are read besides the program's.
     pub fn files(&self) -> Vec<PathBuf> {
         let board = self.board.iter().filter_map(|name| BOARD.file(name));
-        board.chain(device::file(self.device.as_deref())).collect()
+        let board = board.chain(device::file(self.device.as_deref()));
+        board.chain(self.settings.files()).collect()
     }
 
     /// The instrument that was named, the only one, or the only one of the keyboard.
@@ -168,7 +169,7 @@ impl SetupArgs {
 
     fn checked(&self, opened: &Opened) -> Result<(SourceMap, Program), Failure> {
         let options = Options {
-            sets: load::sets(&self.sets)?,
+            sets: self.settings.all()?,
             rate_hz: self.rate,
             ..Options::default()
         };

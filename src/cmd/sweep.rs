@@ -7,11 +7,11 @@ mod shown;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use clap::ValueHint;
 use whippen_compiler::check::Options;
-use whippen_compiler::diag::Severity;
+use whippen_compiler::diag::{Severity, nearest};
 use whippen_compiler::model::Model;
 use whippen_compiler::parallel;
 use whippen_runtime::device::Device;
@@ -21,13 +21,14 @@ use super::budget::write_text;
 use super::file_plan::FilePlan;
 use super::opened::Opened;
 use super::progress::Progress;
+use super::settings::SettingArgs;
 use super::{load, option, point};
 use crate::device;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::say::{self, say, tell};
 use grid::Over;
-use quantity::SweptNumber;
+use quantity::{Measured, SweptNumber};
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -53,7 +54,8 @@ pub struct Args {
     #[arg(long, value_name = "S", default_value_t = 0, requires = "sobol")]
     seed: u32,
     /// What is measured: numbers of `whippen measure` (down_weight, let_off_travel, ..), or of the
-    /// bundled gesture (strikes, events, greatest_force, drive_clipped); pictures show the first
+    /// bundled gesture (strikes, events, greatest_force, drive_clipped, slips_per_period,
+    /// stick_share); pictures show the first
     #[arg(
         long = "measure",
         value_name = "NAME,..",
@@ -61,12 +63,15 @@ pub struct Args {
         default_value = "down_weight,up_weight,friction_weight,strikes,greatest_force"
     )]
     wanted: Vec<SweptNumber>,
+    /// Values of the program that are drawn as lines over a heat map: each over the first
+    /// parameter, in the unit of the second
+    #[arg(long = "line", value_name = "NAME,..", value_delimiter = ',')]
+    lines: Vec<String>,
     /// What runs it: jit (compiled, fixed point), interp (the reference) or ideal (f64)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
-    /// Give a parameter another value at all points, such as weight=0.4N
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    settings: SettingArgs,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
@@ -85,6 +90,8 @@ struct Done {
     point: Vec<f64>,
     /// What was measured; none where the program has no such number.
     values: Vec<Option<f64>>,
+    /// Values of the program that are lines of the picture.
+    lines: Vec<Option<f64>>,
     /// Why nothing was.
     trouble: Option<String>,
 }
@@ -107,7 +114,7 @@ pub fn run(args: &Args) -> Outcome {
         .writes("--plot", &args.plot, &["svg", "png"])
         .check()?;
     let points = points(args).map_err(Failure::Usage)?;
-    let sets = load::sets(&args.sets)?;
+    let sets = args.settings.all()?;
     if let Some((name, _)) = sets
         .iter()
         .find(|set| args.overs.iter().any(|o| o.name == set.0))
@@ -146,6 +153,9 @@ fn points(args: &Args) -> Result<Vec<Vec<f64>>, String> {
     }
     if !args.plot.is_empty() && args.overs.len() > 2 {
         return Err("--plot: a picture is over one parameter or two".into());
+    }
+    if !args.lines.is_empty() && args.overs.len() != 2 {
+        return Err("--line: a line is drawn over a heat map, which is over two parameters".into());
     }
     match args.sobol {
         Some(count) => grid::sobol(&args.overs, count, args.seed),
@@ -187,6 +197,20 @@ fn fits(args: &Args, model: &Model) -> Result<(), String> {
             model.name
         ));
     }
+    for line in &args.lines {
+        let named = model.named.iter().find(|named| named.name == *line);
+        let upwards = args.overs.last().map(|over| over.dim);
+        match named {
+            None => return Err(no_value(line, model)),
+            Some(named) if named.dim != upwards => {
+                return Err(format!(
+                    "--line: `{line}` is not of the kind of `{}`",
+                    args.overs[1].name
+                ));
+            }
+            Some(_) => {}
+        }
+    }
     match args.wanted.iter().find(|wanted| wanted.is_of_key()) {
         Some(wanted) if model.turns() => Err(format!(
             "`{}` turns, and {} is of a key that is pressed",
@@ -197,14 +221,21 @@ fn fits(args: &Args, model: &Model) -> Result<(), String> {
     }
 }
 
+/// What is said of a line that is no value.
+fn no_value(line: &str, model: &Model) -> String {
+    let names = || model.named.iter().map(|named| named.name.as_str());
+    let near = nearest(line, names());
+    let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+    format!("--line: `{}` has no value `{line}`{near}", model.name)
+}
+
 impl Swept<'_> {
     /// All points in their order, on all threads; of an interrupted sweep those that were done.
     fn all(&self, points: Vec<Vec<f64>>) -> Vec<Done> {
-        static STOPPED: AtomicBool = AtomicBool::new(false);
-        interrupt::take_first(|| STOPPED.store(true, Ordering::Relaxed));
+        let stopped = interrupt::stops();
         let progress = Mutex::new((Progress::of_things(points.len(), "points"), 0));
         let one = |point: Vec<f64>| {
-            if STOPPED.load(Ordering::Relaxed) {
+            if stopped.load(Ordering::Relaxed) {
                 return None;
             }
             let measured = self.measure(&point);
@@ -212,13 +243,14 @@ impl Swept<'_> {
                 progress.1 += 1;
                 progress.0.at(progress.1);
             }
-            let (values, trouble) = match measured {
+            let ((values, lines), trouble) = match measured {
                 Ok(values) => (values, None),
-                Err(why) => (vec![None; self.args.wanted.len()], Some(why)),
+                Err(why) => (self.nothing(), Some(why)),
             };
             Some(Done {
                 point,
                 values,
+                lines,
                 trouble,
             })
         };
@@ -229,14 +261,23 @@ impl Swept<'_> {
         done.into_iter().flatten().collect()
     }
 
+    /// What is measured where nothing can be.
+    fn nothing(&self) -> Measured {
+        (
+            vec![None; self.args.wanted.len()],
+            vec![None; self.args.lines.len()],
+        )
+    }
+
     /// What is measured at a point; or why nothing is.
-    fn measure(&self, point: &[f64]) -> Result<Vec<Option<f64>>, String> {
+    fn measure(&self, point: &[f64]) -> Result<Measured, String> {
         let overs = self.args.overs.iter().zip(point);
         let own = overs.map(|(over, value)| over.setting(*value));
         let sets: Vec<_> = self.sets.iter().cloned().chain(own).collect();
         let options = options(self.args, &sets);
         let compiled = point::compiled(self.sources, self.name, &options, &self.device)?;
-        quantity::measure(&self.args.wanted, &compiled, &self.device, self.args.engine)
+        let wanted = (&self.args.wanted[..], &self.args.lines[..]);
+        quantity::measure(wanted, &compiled, &self.device, self.args.engine)
     }
 }
 

@@ -30,13 +30,13 @@ pub struct Image {
     pub period: u64,
 }
 
-/// Every bundled instrument as it is built, for its device.
+/// Every bundled instrument of a key as it is built, for its device.
 pub fn instruments() -> Vec<Compiled> {
     let built = |observed: Compiled| {
         let scales = Device::of(&observed.model).scales();
         compile(observed.model, scales, false).unwrap_or_else(|e| panic!("{e:?}"))
     };
-    common::all().into_iter().map(built).collect()
+    common::of_keys().into_iter().map(built).collect()
 }
 
 impl Image {

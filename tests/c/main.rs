@@ -142,10 +142,21 @@ fn instruments(find: Find, mode: &[&str]) {
     for compiled in common::all_and_programs() {
         let all = common::gesture_words(&compiled);
         let rows = all.chunks(compiled.model.senses.len());
-        let words = rows.step_by(7).collect::<Vec<_>>().concat();
+        // What is played once takes longer: two of it, and fewer rows.
+        let (step, keys) = if compiled.model.is_of_key() {
+            (7, 5)
+        } else {
+            (41, 2)
+        };
+        let words = rows.step_by(step).collect::<Vec<_>>().concat();
         let bare = without_probes(&compiled.lowered.kernel);
-        cases.push(Case::played(compiled.lowered.kernel, LAYOUTS[0], &words, 5));
-        cases.push(Case::played(bare, LAYOUTS[1], &words, 5));
+        cases.push(Case::played(
+            compiled.lowered.kernel,
+            LAYOUTS[0],
+            &words,
+            keys,
+        ));
+        cases.push(Case::played(bare, LAYOUTS[1], &words, keys));
     }
     agree(&compiler, &cases);
     println!("{compiler}: {} cases agree", cases.len());
@@ -178,7 +189,7 @@ fn instruments_on_recordings(find: Find) {
     let (Some(motions), Some(compiler)) = (recordings::all(), find(OPTIMIZED)) else {
         return;
     };
-    let kernels: Vec<Kernel> = common::all()
+    let kernels: Vec<Kernel> = common::of_keys()
         .into_iter()
         .filter(|compiled| !compiled.model.turns())
         .map(|compiled| without_probes(&compiled.lowered.kernel))

@@ -49,8 +49,14 @@ fn compare(compiled: &Compiled, words: &[u16], keys: usize, apart: usize, count:
 fn on_the_bundled_gesture() {
     for compiled in common::all_and_programs() {
         let words = common::gesture_words(&compiled);
-        // One group in lanes and two keys by themselves.
-        compare(&compiled, &words, 6, 997, words.len() / 2);
+        // One group in lanes and two keys by themselves; what is played once, alone and for 2 s.
+        let rows = words.len() / compiled.model.senses.len();
+        let (keys, count) = if compiled.model.is_of_key() {
+            (6, words.len() / 2)
+        } else {
+            (1, words.len() / rows * rows.min(90_000))
+        };
+        compare(&compiled, &words, keys, 997, count);
     }
 }
 
@@ -59,7 +65,7 @@ fn on_the_recording() {
     if let Some(positions) = common::recording() {
         let words = common::words(&positions);
         let quarter = words.len() / 4;
-        let compiled = common::all();
+        let compiled = common::of_keys();
         compiled
             .iter()
             .filter(|c| !c.model.turns())
@@ -90,7 +96,7 @@ fn on_noise() {
 #[test]
 fn one_key_observed() {
     let words = common::words(&common::gesture());
-    for compiled in common::all() {
+    for compiled in common::of_keys() {
         let (kernel, keys) = (&compiled.lowered.kernel, 10);
         for observed in [0, 5, 7, 8, 9] {
             let mut all = JitCode::build(kernel, keys, Options { probes: true }).expect("a kernel");
@@ -166,14 +172,15 @@ fn observed_or_not() {
         };
         let (mut with, mut without) = (engine(&observed), engine(&bare));
         let told = observed.model.emissions.len() as u32;
-        let (mut a, mut b, mut events) = ([0i16], [0i16], 0);
-        for (tick, word) in words.iter().enumerate() {
+        let outputs = observed.lowered.kernel.outputs.len();
+        let (mut a, mut b, mut events) = (vec![0i16; outputs], vec![0i16; outputs], 0);
+        for (tick, row) in words.chunks(observed.model.senses.len()).enumerate() {
             if tick == 0 {
-                with.init(&[*word]);
-                without.init(&[*word]);
+                with.init(row);
+                without.init(row);
             }
-            with.tick(&[*word], &mut a);
-            without.tick(&[*word], &mut b);
+            with.tick(row, &mut a);
+            without.tick(row, &mut b);
             assert_eq!(a, b, "{name}: drive word of tick {tick}");
             let emitted: Vec<_> = with
                 .drain_events()

@@ -9,8 +9,10 @@ use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
+use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture;
 use whippen_runtime::motion::{Layout, MotionOptions, Stops, load};
+use whippen_runtime::session::{self, Recording, Run};
 
 /// Ticks per second.
 pub const RATE_HZ: u32 = 44_100;
@@ -57,8 +59,24 @@ pub fn all() -> Vec<Compiled> {
         .collect()
 }
 
+/// Those that a key plays: what has several ports, or none that a key has, is played once.
+pub fn of_keys() -> Vec<Compiled> {
+    let mut all = all();
+    all.retain(|compiled| compiled.model.is_of_key());
+    all
+}
+
+/// The names of the others.
+pub fn played_once() -> Vec<String> {
+    let mut all = all();
+    all.retain(|compiled| !compiled.model.is_of_key());
+    all.into_iter()
+        .map(|compiled| compiled.model.name)
+        .collect()
+}
+
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 11] = [
+pub const PROGRAMS: [(&str, &str); 10] = [
     ("bank.whip", include_str!("../programs/bank.whip")),
     ("functions.whip", include_str!("../programs/functions.whip")),
     (
@@ -67,7 +85,6 @@ pub const PROGRAMS: [(&str, &str); 11] = [
     ),
     ("sound.whip", include_str!("../programs/sound.whip")),
     ("pedals.whip", include_str!("../programs/pedals.whip")),
-    ("keytar.whip", include_str!("../programs/keytar.whip")),
     ("pad.whip", include_str!("../programs/pad.whip")),
     (
         "dial-and-lever.whip",
@@ -104,11 +121,7 @@ pub fn words(positions_m: &[f64]) -> Vec<u16> {
 pub fn gesture_words(compiled: &Compiled) -> Vec<u16> {
     let model = &compiled.model;
     let device = Device::of(model);
-    if model.senses.len() == 1 {
-        return words_on(&device, &gesture_of(compiled));
-    }
-    let gestures = gesture::bundled_ports(model);
-    let places: Vec<Vec<f64>> = gestures.iter().map(|g| g.positions(RATE_HZ)).collect();
+    let places = gestures_of(compiled);
     let ports = device.ports_of(model);
     let ticks = places.first().map_or(0, Vec::len);
     let row = |tick: usize| {
@@ -148,7 +161,41 @@ pub fn recording() -> Option<Vec<f64>> {
     Some(motion.positions.to_vec())
 }
 
-/// The bundled gesture of an instrument.
+/// The bundled gestures of an instrument, a row for each port.
+pub fn gestures_of(compiled: &Compiled) -> Vec<Vec<f64>> {
+    let model = &compiled.model;
+    if model.is_of_key() {
+        return vec![gesture_of(compiled)];
+    }
+    let gestures = gesture::bundled_ports(model);
+    gestures.iter().map(|g| g.positions(RATE_HZ)).collect()
+}
+
+/// A run of any instrument on its bundled gesture, or so many seconds of it.
+pub fn played(compiled: &Compiled, seconds: f64) -> Run {
+    let places = gestures_of(compiled);
+    let ticks = places[0].len().min((seconds * f64::from(RATE_HZ)) as usize);
+    let move_to = |tick: usize, at: &mut [f64]| {
+        at.iter_mut()
+            .zip(&places)
+            .for_each(|(at, place)| *at = place[tick]);
+    };
+    recorded(compiled, EngineKind::Jit, (ticks, move_to))
+}
+
+/// A run of so many ticks, each with the places of all ports.
+pub fn recorded(
+    compiled: &Compiled,
+    kind: EngineKind,
+    motion: (usize, impl FnMut(usize, &mut [f64])),
+) -> Run {
+    let device = Device::of(&compiled.model);
+    let recording = Recording::everything(session::recorded(compiled, &device, kind, &[]));
+    session::record(compiled, &device, kind, motion, recording, |_| ())
+        .unwrap_or_else(|e| panic!("{}: {e}", compiled.model.name))
+}
+
+/// The bundled gesture of an instrument of a key.
 pub fn gesture_of(compiled: &Compiled) -> Vec<f64> {
     gesture::bundled(&compiled.model).positions(RATE_HZ)
 }

@@ -15,8 +15,6 @@ use whippen_compiler::bundled::{INSTRUMENTS, STD};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::syntax::ast::Item;
 use whippen_compiler::syntax::{parse, pretty};
-use whippen_runtime::device::Device;
-use whippen_runtime::engine::EngineKind;
 use whippen_runtime::session;
 
 use crate::common;
@@ -97,15 +95,10 @@ fn picture(line: &str) -> Option<&str> {
         .strip_suffix(')')
 }
 
-/// The picture of a run on the bundled gesture, as `whippen run --plot` draws it.
-fn drawn(compiled: &Compiled) -> String {
-    let (device, positions) = (Device::of(&compiled.model), common::gesture_of(compiled));
-    let run = session::run(compiled, &device, EngineKind::Jit, &positions, |_| ());
-    session::figure(
-        compiled,
-        &run.unwrap_or_else(|e| panic!("{}: {e}", compiled.model.name)),
-    )
-    .svg()
+/// The picture of a run on the bundled gesture, or the first seconds of it, as `whippen run
+/// --plot` draws it.
+fn drawn(compiled: &Compiled, seconds: f64) -> String {
+    session::figure(compiled, &common::played(compiled, seconds)).svg()
 }
 
 #[test]
@@ -126,7 +119,10 @@ fn programs_of_the_documents_compile_and_look_as_pictured() {
             if let Some(path) = all[at..until].iter().find_map(|b| picture(&b.after)) {
                 let folder = document.rsplit_once('/').map_or("", |(folder, _)| folder);
                 let path = format!("{folder}/{path}");
-                compare_picture(path.trim_start_matches('/'), &drawn(&compiled[0]));
+                compare_picture(
+                    path.trim_start_matches('/'),
+                    &drawn(&compiled[0], f64::INFINITY),
+                );
                 pictures += 1;
             }
         }
@@ -146,15 +142,20 @@ fn every_instrument_has_a_page_with_its_picture() {
             page.lines().any(|line| picture(line) == Some(&path)),
             "{name}.md shows {path}"
         );
-        assert!(
-            page.contains(&format!("whippen run instruments/{file}")),
-            "{name}.md says how to run it"
-        );
+        let typed = format!("whippen run instruments/{file}");
+        let command = page.lines().find(|line| line.starts_with(&typed));
+        let command = command.unwrap_or_else(|| panic!("{name}.md says how to run it"));
+        let words: Vec<&str> = command.split_whitespace().collect();
+        let at = words.iter().position(|word| *word == "--seconds");
+        let seconds = at.and_then(|at| words[at + 1].parse().ok());
         assert!(
             index.contains(file) && index.contains(&format!("{name}.md")),
             "the index names {name}"
         );
-        let drawn = drawn(&common::instruments(file, &[])[0]);
+        let drawn = drawn(
+            &common::instruments(file, &[])[0],
+            seconds.unwrap_or(f64::INFINITY),
+        );
         compare_picture(&format!("instruments/{path}"), &drawn);
     }
 }
@@ -260,6 +261,34 @@ fn the_budget_of_the_split_is_what_its_page_shows() {
         std::fs::write(root(path), &now).expect("writable");
     }
     assert_eq!(read(path), now);
+}
+
+/// Pages of what does not fit on a core show what the budget says of it: what is proven, and by how
+/// much it is late.
+#[test]
+fn pages_show_what_the_budget_says() {
+    let shown = ["numbers:", "stability:", "motor:", "[WH0701]"];
+    for name in ["rubbed-bank", "keytar", "bowed-violin"] {
+        let path = format!("instruments/{name}.md");
+        let page = read(&path);
+        let said = typed(
+            &format!("whippen budget instruments/{name}.whip"),
+            &root(""),
+        );
+        let said: String = said
+            .lines()
+            .filter(|line| shown.iter().any(|begin| line.starts_with(begin)))
+            .map(|line| format!("{line}\n"))
+            .collect();
+        assert!(said.contains("numbers: no overflow"), "{name}: {said}");
+        let (before, rest) = page.split_once("```text\n").expect("a text");
+        let (_, after) = rest.split_once("```").expect("its end");
+        let now = format!("{before}```text\n{said}```{after}");
+        if blessing() {
+            std::fs::write(root(&path), &now).expect("writable");
+        }
+        assert_eq!(read(&path), now);
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
 mod agree;
+mod arm;
 mod bowed;
 mod budget;
 mod button_and_knob;
@@ -37,6 +38,7 @@ mod pipeline;
 mod played;
 mod player;
 mod ports;
+mod presets;
 mod random_programs;
 mod readme;
 mod reference;
@@ -49,4 +51,5 @@ mod strokes;
 mod sweep;
 mod tables;
 mod told;
+mod vibrating;
 mod zones;

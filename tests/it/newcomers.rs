@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use whippen_compiler::bundled::{INSTRUMENTS, KEYBOARDS};
 
 use super::cli::{Shell, bundled};
+use super::common;
 use super::lsp::editor::Editor;
 
 const DIAL: &str = "\
@@ -233,6 +234,7 @@ fn the_tick_rate_of_the_command_line_wins() {
 
 #[test]
 fn every_bundled_program_is_one_to_begin_with() {
+    let played_once = common::played_once();
     for (file, _) in INSTRUMENTS.iter().chain(KEYBOARDS) {
         let like = file.trim_end_matches(".whip");
         let shell = Shell::new();
@@ -251,7 +253,12 @@ fn every_bundled_program_is_one_to_begin_with() {
         shell.ends(0, &words(&next, &["--seconds", "0.1"]));
         let plays = next.iter().skip(2).take_while(|w| !w.starts_with('-'));
         let named: Vec<&str> = plays.copied().collect();
-        let build = ["build", "mine.whip", "--keys", "2", "-o", "mine.o"];
+        // What has no keys does not fit on a core either.
+        let build = if played_once.contains(&like.replace('-', "_")) {
+            ["build", "mine.whip", "--unproven", "-o", "mine.o"]
+        } else {
+            ["build", "mine.whip", "--keys=2", "-o", "mine.o"]
+        };
         shell.ends(0, &words(&build, &named));
     }
     let shell = Shell::new();

@@ -158,7 +158,7 @@ fn every_engine_plays_a_split_as_its_instruments_alone() {
 /// On a core without long products, at a rate that it keeps.
 #[test]
 fn a_cortex_m0_plus_plays_a_split_too() {
-    let (models, device) = (crate::common::all(), Device::mikey());
+    let (models, device) = (crate::common::of_keys(), Device::mikey());
     let of = |name: &str| {
         models
             .iter()

@@ -40,6 +40,7 @@
 
 mod after;
 mod allocate;
+mod beyond_doubt;
 mod block_layout;
 mod compile;
 mod critical_path;
@@ -86,7 +87,7 @@ use std::fmt;
 use whippen_ids::IdMap;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
-use whippen_kernel::Kernel;
+use whippen_kernel::{Kernel, Range};
 use whippen_modes::{ModeId, Modes};
 
 pub use after::{Function, Pass, code_after};
@@ -256,6 +257,8 @@ struct Parts<'m> {
     /// Modes that read what is shared.
     modes: Cow<'m, Modes>,
     layout: StateLayout,
+    /// Where the live values lie that a tick adds.
+    shared_ranges: Vec<Range>,
     literals: Literals,
     core: Core,
     made: CompiledCode,
@@ -282,9 +285,11 @@ fn compile_parts<'m>(
     let mut layout = StateLayout::new(kernel, options, abi, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
+    let shared_ranges = shared.ranges(kernel);
     let compiler = Compiler {
         modes: &modes,
         layout: &layout,
+        shared: &shared_ranges,
         core: &core,
     };
     let compiled = search::compile_modes(&compiler, &mut literals)?;
@@ -302,6 +307,7 @@ fn compile_parts<'m>(
     Ok(Parts {
         modes,
         layout,
+        shared_ranges,
         literals,
         core,
         made,

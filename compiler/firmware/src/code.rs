@@ -48,6 +48,8 @@ pub struct ZoneCode {
     pub first_on_core: u32,
     /// Code, state, and where the state has what.
     pub built: Built,
+    /// The cells of what is heard of it: none, one for both sides, or left and right.
+    pub channels: Vec<usize>,
 }
 
 impl ProgramCode {
@@ -193,6 +195,7 @@ impl KeysCompiler<'_> {
             let own = with_values_from(kernel, zone.keys.first);
             zones.push(ZoneCode {
                 built: named(generic, &name).with_keys_of(&own, first_on_core),
+                channels: kernel.channels(),
                 name,
                 of: *zone,
                 first_on_core,

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 
 use whippen_isa::Arch;
 use whippen_isa::imm::thumb_shrink_imm;
+use whippen_kernel::FULL_SCALE;
 
 use super::code::{CoreCode, ProgramCode, ZoneCode, is_latched, is_split};
 use super::offsets::assembly_constants;
 use super::ports::Guards;
+use super::sound::channels;
 use super::{FirmwareError, Motor, Passivity, Setup, Support, drive_offset_bytes};
 
 /// What the offset of a load reaches.
@@ -83,6 +85,9 @@ pub fn constants(
     put("GAIN", GAIN.into());
     put("ZONES", is_split(programs).into());
     put("LATCH", is_latched(programs).into());
+    put("SOUND", channels(programs).into());
+    put("FULL_SCALE", FULL_SCALE as u64);
+    put("PROGRAMS", programs.len() as u64);
     put("FIRST_NOTE", setup.first_note.into());
     let turns = match setup.guards() {
         Guards::Keys => TURNS,

@@ -25,6 +25,7 @@ mod objects;
 mod offsets;
 mod ports;
 mod running;
+mod sound;
 mod tables;
 mod zones;
 
@@ -37,6 +38,7 @@ pub use objects::{frame_constants, objects, sources};
 pub use offsets::{FAULTS, Fault, core_block, key_guard};
 pub use ports::{GuardedDrive, GuardedPort};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
+pub use sound::{mute_name, sound_table_name};
 pub use zones::zone_name;
 
 /// What a program and its keyboard say.

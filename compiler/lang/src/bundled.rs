@@ -9,6 +9,9 @@ pub const BOARDS: &[&str] = &["rp2040", "rp2350", "stm32f4"];
 /// The devices that a keyboard may name, likewise.
 pub const DEVICES: &[&str] = &["knob", "mikey", "mouse", "pad", "touch"];
 
+/// The presets that a command may name: the files in `instruments/presets/`.
+pub const PRESETS: &[&str] = &["onofrei", "open-g", "pentatonic"];
+
 /// The standard library, always in scope: names as shown in messages, and texts.
 pub const STD: &[(&str, &str)] = &[
     (
@@ -68,6 +71,10 @@ pub const STD: &[(&str, &str)] = &[
         include_str!("../../../instruments/std/plectrum.whip"),
     ),
     (
+        "<std/rubbed.whip>",
+        include_str!("../../../instruments/std/rubbed.whip"),
+    ),
+    (
         "<std/spring.whip>",
         include_str!("../../../instruments/std/spring.whip"),
     ),
@@ -85,8 +92,8 @@ pub const STD: &[(&str, &str)] = &[
     ),
 ];
 
-/// The bundled instruments, from the simplest to the grand: names of files in `instruments/`, and
-/// texts.
+/// The bundled instruments, names of files in `instruments/` and texts: those of keys and knobs
+/// from the simplest to the grand, then those of an arm, a pad or a mouse.
 pub const INSTRUMENTS: &[(&str, &str)] = &[
     (
         "virtual-spring.whip",
@@ -116,6 +123,26 @@ pub const INSTRUMENTS: &[(&str, &str)] = &[
     (
         "grand-piano.whip",
         include_str!("../../../instruments/grand-piano.whip"),
+    ),
+    (
+        "rubbed-bank.whip",
+        include_str!("../../../instruments/rubbed-bank.whip"),
+    ),
+    (
+        "rubbed-pad.whip",
+        include_str!("../../../instruments/rubbed-pad.whip"),
+    ),
+    (
+        "rubbed-mouse.whip",
+        include_str!("../../../instruments/rubbed-mouse.whip"),
+    ),
+    (
+        "keytar.whip",
+        include_str!("../../../instruments/keytar.whip"),
+    ),
+    (
+        "bowed-violin.whip",
+        include_str!("../../../instruments/bowed-violin.whip"),
     ),
 ];
 

@@ -12,6 +12,7 @@
 //!
 //! Not here: formats, integers, code.
 
+pub mod curve;
 pub mod dag;
 pub mod fold;
 mod function;

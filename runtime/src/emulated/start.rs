@@ -10,6 +10,13 @@ const START_TICKS: u32 = 44_100;
 /// The gain of a key with all its force.
 const GAIN_ONE: u32 = 1 << 16;
 
+/// What the keys of a zone remember.
+#[derive(Debug, Clone)]
+struct ZoneMemory {
+    state: Vec<u8>,
+    histories: Vec<u8>,
+}
+
 impl Emulated {
     /// Starts the board, lets force come up, puts the keys back to their beginning.
     pub(super) fn begin(&mut self, words: &[u16]) -> Result<(), String> {
@@ -19,7 +26,7 @@ impl Emulated {
         entries
             .iter()
             .for_each(|&entry| self.machine.set_breakpoint(entry));
-        let mut fresh: Vec<Option<Vec<Vec<u8>>>> = vec![None; entries.len()];
+        let mut fresh: Vec<Option<Vec<ZoneMemory>>> = vec![None; entries.len()];
         while fresh.iter().any(Option::is_none) {
             if let Some(core) = self.slice(10_000)? {
                 self.machine.clear_breakpoint(entries[core]);
@@ -38,7 +45,7 @@ impl Emulated {
             }
         }
         self.frames = Frames::default();
-        Ok(())
+        self.begin_sound()
     }
 
     fn begins(&mut self) -> Result<(), String> {
@@ -50,15 +57,29 @@ impl Emulated {
         }
     }
 
-    /// The state of a zone's keys, with all gains at 1.
-    fn put_back(&mut self, zone: &ZoneCode, mut state: Vec<u8>) -> Result<(), String> {
+    /// What a zone's keys remember, with all gains at 1.
+    fn put_back(&mut self, zone: &ZoneCode, mut memory: ZoneMemory) -> Result<(), String> {
         for key in 0..zone.keys() {
             if let Some(gain) = zone.layout().gain(key) {
-                state[gain as usize..][..4].copy_from_slice(&GAIN_ONE.to_le_bytes());
+                memory.state[gain as usize..][..4].copy_from_slice(&GAIN_ONE.to_le_bytes());
             }
         }
         let to = self.state_of(zone)?;
-        self.write(to, &state)
+        self.write(to, &memory.state)?;
+        match self.histories_of(zone)? {
+            Some((to, _)) => self.write(to, &memory.histories),
+            None => Ok(()),
+        }
+    }
+
+    /// Where the histories and delay lines of a zone's keys are, and how many bytes they have.
+    fn histories_of(&self, zone: &ZoneCode) -> Result<Option<(u32, u32)>, String> {
+        let name = format!("{}_histories", zone.name);
+        let mut symbols = zone.built.object.symbols.iter();
+        let found = symbols.find(|symbol| symbol.name == name);
+        found
+            .map(|symbol| Ok((self.symbol(&name)?, symbol.size)))
+            .transpose()
     }
 
     /// Whether all keys of a core have all their force.
@@ -74,13 +95,18 @@ impl Emulated {
         Ok(true)
     }
 
-    /// The states of a core's zones.
-    fn states(&self, core: usize) -> Result<Vec<Vec<u8>>, String> {
-        let state = |zone: &ZoneCode| {
+    /// What the zones of a core remember.
+    fn states(&self, core: usize) -> Result<Vec<ZoneMemory>, String> {
+        let memory = |zone: &ZoneCode| {
             let mut state = vec![0; zone.layout().size() as usize];
             self.read(self.state_of(zone)?, &mut state)?;
-            Ok(state)
+            let mut histories = Vec::new();
+            if let Some((at, bytes)) = self.histories_of(zone)? {
+                histories.resize(bytes as usize, 0);
+                self.read(at, &mut histories)?;
+            }
+            Ok(ZoneMemory { state, histories })
         };
-        self.zones(core).iter().map(state).collect()
+        self.zones(core).iter().map(memory).collect()
     }
 }

@@ -26,6 +26,8 @@ impl InputKind {
     pub const PROGRAM: InputKind = InputKind::new("a program", 4 * MIB, 4 * MIB);
     /// A description of a device or a board.
     pub const DESCRIPTION: InputKind = InputKind::new("a description", MIB, MIB);
+    /// Values for parameters.
+    pub const PRESET: InputKind = InputKind::new("a preset", MIB, MIB);
     /// A calibration table.
     pub const CALIBRATION: InputKind = InputKind::new("a calibration table", MIB, 64 * KIB);
     /// A recording of a motion or a force: its lines are read one by one.
@@ -36,9 +38,10 @@ impl InputKind {
     pub const IMAGE: InputKind = InputKind::new("an image", 64 * MIB, 64 * MIB);
 
     /// All kinds.
-    pub const ALL: [InputKind; 6] = [
+    pub const ALL: [InputKind; 7] = [
         InputKind::PROGRAM,
         InputKind::DESCRIPTION,
+        InputKind::PRESET,
         InputKind::CALIBRATION,
         InputKind::RECORDING,
         InputKind::MIDI,

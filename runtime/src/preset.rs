@@ -1,0 +1,86 @@
+//! Presets: TOML files with values for an instrument's parameters, under `[set]`.
+//!
+//! Not here: whether an instrument has these parameters, which the checker says as of any setting.
+
+use std::path::Path;
+
+use crate::entries::{Entries, Known};
+use crate::files::{FileError, InputKind, read_text};
+
+/// The bundled presets: names, and texts.
+const BUNDLED: &[(&str, &str)] = &[
+    (
+        "onofrei",
+        include_str!("../../instruments/presets/onofrei.toml"),
+    ),
+    (
+        "open-g",
+        include_str!("../../instruments/presets/open-g.toml"),
+    ),
+    (
+        "pentatonic",
+        include_str!("../../instruments/presets/pentatonic.toml"),
+    ),
+];
+
+const KNOWN: &[Known] = &[("set.*", "0.2 N")];
+
+/// The bundled preset of that name, if there is one: names and values, as in the file.
+pub fn bundled(name: &str) -> Option<Vec<(String, String)>> {
+    let (name, text) = BUNDLED.iter().find(|(bundled, _)| *bundled == name)?;
+    let path = Path::new("instruments/presets").join(format!("{name}.toml"));
+    Some(read(&path, text).expect("bundled presets are correct"))
+}
+
+/// Reads a preset.
+///
+/// # Errors
+/// The file cannot be read, or is no preset.
+pub fn load(path: &Path) -> Result<Vec<(String, String)>, FileError> {
+    read(path, &read_text(path, InputKind::PRESET)?)
+}
+
+fn read(path: &Path, text: &str) -> Result<Vec<(String, String)>, FileError> {
+    let entries = Entries::parse(path, text, KNOWN)?;
+    let sets: Vec<(String, String)> = entries
+        .all()
+        .map(|(key, value)| (key["set.".len()..].to_string(), value.to_string()))
+        .collect();
+    if sets.is_empty() {
+        let why = "sets nothing: wanted is `[set]` and below it lines such as `weight = \"0.2 N\"`";
+        return Err(FileError::new(path, why));
+    }
+    Ok(sets)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_have_brackets_and_dots() {
+        let sets = bundled("open-g").expect("it is bundled");
+        assert!(sets.contains(&("strings[5].pitch".to_string(), "293.665 Hz".to_string())));
+    }
+
+    #[test]
+    fn the_bundled_are_those_of_the_compiler_and_of_the_folder() {
+        let names: Vec<&str> = BUNDLED.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, whippen_compiler::bundled::PRESETS);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../instruments/presets");
+        let files = std::fs::read_dir(folder).expect("the folder").count();
+        assert_eq!(files, names.len());
+        assert!(names.into_iter().all(|name| bundled(name).is_some()));
+    }
+
+    #[test]
+    fn what_is_no_preset_says_so() {
+        let wrong = |text: &str| {
+            let path = Path::new("mine.toml");
+            read(path, text).expect_err("it is wrong").to_string()
+        };
+        assert!(wrong("").contains("sets nothing"));
+        assert!(wrong("[sets]\nk = \"1 N\"\n").contains("unknown key `sets.k`"));
+        assert!(wrong("[set]\nk = 1\n").contains("must be a string"));
+    }
+}
