@@ -221,21 +221,25 @@ fn bowed(shell: &Shell, over: [&str; 2], more: &[&str]) -> Vec<Vec<f64>> {
 fn a_bow_makes_helmholtz_s_motion_within_schelleng_s_limits() {
     let shell = Shell::new();
     let lines = ["--plot", "map.svg", "--line", "hardest,softest"];
-    let over = ["beta=0.08..0.12:2", "press=0.3N..1.5N:2"];
+    let over = ["beta=0.08..0.12:2", "press=0.3N..1.5N:5"];
     let map = bowed(&shell, over, &lines);
+    let (mut within, mut beyond, mut odd) = (0, 0, 0);
     for row in &map {
         let [beta, press, slips, stuck] = row[..] else {
             panic!("four columns")
         };
         let hardest = 2.0 * (2.0 * 0.32 * 293.6648 * 1.61e-3) * 0.1 / beta;
-        if press < hardest {
-            assert!((slips - 1.0).abs() < 0.02, "{row:?}");
+        if press < 0.8 * hardest {
+            within += 1;
+            assert!((slips - 1.0).abs() < 0.05, "{row:?}");
             assert!((stuck - (1.0 - beta)).abs() < 0.05, "{row:?}");
-        } else {
-            assert!((slips - 1.0).abs() > 0.1, "{row:?}");
+        } else if press > 1.15 * hardest {
+            // What is left is raucous: it may slip once a period by chance.
+            beyond += 1;
+            odd += usize::from((slips - 1.0).abs() > 0.1);
         }
     }
-    assert!(map.iter().any(|row| row[1] < 0.5) && map.iter().any(|row| row[1] > 1.0));
+    assert!((within, beyond) == (3, 7) && odd >= 3, "{odd} of {map:?}");
     let picture = std::fs::read_to_string(shell.path("map.svg")).expect("is drawn");
     assert!(picture.contains("hardest") && picture.contains("softest"));
 }

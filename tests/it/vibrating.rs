@@ -174,7 +174,7 @@ fn columns_tell_when_it_sticks() {
     let shell = shell();
     let run = "run bowed.whip --seconds 2 --out out.csv --every 7 --columns bow.sticking,bow.stick_share,bow.slips_per_period";
     let (out, _) = shell.ends(0, &run.split(' ').collect::<Vec<_>>());
-    assert!(out.contains("bow rubs for 2.00 s: sticks "), "{out}");
+    assert!(out.contains("friction bow: 2.00 s, sticks "), "{out}");
     let columns = columns(&shell, "out.csv");
     let titles: Vec<&str> = columns.iter().map(|column| &*column[0]).collect();
     assert_eq!(

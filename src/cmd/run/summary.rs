@@ -85,7 +85,7 @@ fn rubbed(friction: &FrictionTally, rate_hz: f64) -> Option<String> {
     });
     let seconds = friction.whole.rubbed as f64 / rate_hz;
     Some(format!(
-        "{} rubs for {seconds:.2} s: {whole}{settled}",
+        "friction {}: {seconds:.2} s, {whole}{settled}",
         friction.name
     ))
 }
