@@ -33,8 +33,8 @@ pub struct Outputs {
     /// only where they are asked for here
     #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
     pub columns: Vec<String>,
-    /// Points of strings, as columns and lines of their own: line.u@12%, strings[2].u@40mm, or the
-    /// rate there, line.u'@12%
+    /// Points of strings, as columns and lines of their own: `line.u@12%`, `strings[2].u@40mm`, or
+    /// the rate there, `line.u'@12%`
     #[arg(long, value_name = "NAME@PLACE,..", value_delimiter = ',')]
     pub points: Vec<String>,
     /// Tables with all digits of a 64-bit float; otherwise as many as tell neighbouring words apart
