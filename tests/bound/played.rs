@@ -2,6 +2,7 @@
 //! alone.
 
 use whippen_compiler::budget::TickHandlerBound;
+use whippen_compiler::bundled::INSTRUMENTS;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_emulator::BoardKind;
@@ -258,9 +259,7 @@ fn nor_where_keys_are_heard() {
 /// out.
 #[test]
 fn a_late_image_waits_for_the_converter_besides() {
-    let found = common::PROGRAMS
-        .iter()
-        .find(|(name, _)| *name == "keytar.whip");
+    let found = INSTRUMENTS.iter().find(|(name, _)| *name == "keytar.whip");
     let (file, text) = found.expect("a program");
     let model = common::compiled(file, text, &[]).remove(0).model;
     let scales = Device::of(&model).scales();
