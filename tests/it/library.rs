@@ -136,6 +136,21 @@ fn a_wall_never_pulls_and_knows_when_it_is_touched() {
 }
 
 #[test]
+fn a_tangent_stays_at_its_strings() {
+    agrees(
+        "force f = tangent(x, from: 4 mm, k: 860 N/m, B: 0.8 N*s/m).push",
+        1e-4,
+        |x, v| {
+            if x > 4e-3 {
+                (860.0 * (x - 4e-3) + 0.8 * v).max(0.0)
+            } else {
+                0.0
+            }
+        },
+    );
+}
+
+#[test]
 fn felt_is_a_power_of_its_squeeze() {
     for (p, exponent) in [
         ("1", 1.0),

@@ -30,6 +30,7 @@ mod lsp;
 mod measure;
 mod messages;
 mod midi;
+mod more_keys;
 mod newcomers;
 mod organ_and_plucked;
 mod pedals;

@@ -83,6 +83,10 @@ pub const STD: &[(&str, &str)] = &[
         include_str!("../../../instruments/std/strings.whip"),
     ),
     (
+        "<std/tangent.whip>",
+        include_str!("../../../instruments/std/tangent.whip"),
+    ),
+    (
         "<std/violin.whip>",
         include_str!("../../../instruments/std/violin.whip"),
     ),
@@ -117,8 +121,28 @@ pub const INSTRUMENTS: &[(&str, &str)] = &[
         include_str!("../../../instruments/hammond.whip"),
     ),
     (
+        "tracker-organ.whip",
+        include_str!("../../../instruments/tracker-organ.whip"),
+    ),
+    (
         "harpsichord.whip",
         include_str!("../../../instruments/harpsichord.whip"),
+    ),
+    (
+        "clavichord.whip",
+        include_str!("../../../instruments/clavichord.whip"),
+    ),
+    (
+        "clavichord-heard.whip",
+        include_str!("../../../instruments/clavichord-heard.whip"),
+    ),
+    (
+        "celesta.whip",
+        include_str!("../../../instruments/celesta.whip"),
+    ),
+    (
+        "upright-piano.whip",
+        include_str!("../../../instruments/upright-piano.whip"),
     ),
     (
         "grand-piano.whip",
