@@ -204,7 +204,10 @@ pub fn specialize(
     observer: Observer,
 ) -> Result<Modes, CompileError> {
     let kernel = without_probes(&compiled.lowered.kernel);
-    let modes = modes::specialize(&kernel, instructions);
+    let mut modes = modes::specialize(&kernel, instructions);
+    if modes::verify::verify(&modes).is_err() {
+        modes::verify::widen(&mut modes);
+    }
     modes::verify::verify(&modes).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
     observer(Pass::Modes, &modes);
     Ok(modes)

@@ -20,22 +20,33 @@ use whippen_kernel::{Inst, Op, Range, Region, Type, Value, ValueInfo, VerifyErro
 pub fn verify(modes: &Modes) -> Result<(), Vec<VerifyError>> {
     let mut errors = Vec::new();
     for mode in &modes.modes {
-        let mut checker = Checker {
-            modes,
-            mode,
-            graph: Graph::unshared(&modes.kernel),
-            nodes: IdMap::filled(None, mode.values.len()),
-            declared: IdMap::new(),
-            entries: IdMap::filled(None, mode.blocks.len()),
-            errors: &mut errors,
-            place: String::new(),
-        };
-        checker.mode();
+        Checker::of(modes, mode, &mut errors, false).mode();
     }
     if errors.is_empty() {
         Ok(())
     } else {
         Err(errors)
+    }
+}
+
+/// Declares values as wide as they are proven again.
+///
+/// Who made a mode followed a path of decisions, and may have known of a value what no branch in
+/// the code says any more, because the condition was simplified after the fact was drawn from it.
+/// A wider range is as true, so only what does not fit even then is a failure of [`verify`].
+pub fn widen(modes: &mut Modes) {
+    let mut ignored = Vec::new();
+    let values: Vec<IdMap<Value, ValueInfo>> = modes
+        .modes
+        .iter()
+        .map(|mode| {
+            let mut checker = Checker::of(modes, mode, &mut ignored, true);
+            checker.mode();
+            checker.values
+        })
+        .collect();
+    for (mode, values) in modes.modes.iter_mut().zip(values) {
+        mode.values = values;
     }
 }
 
@@ -70,6 +81,10 @@ struct Checker<'a> {
     mode: &'a Mode,
     graph: Graph<'a>,
     nodes: IdMap<Value, Option<NodeId>>,
+    /// What values are declared.
+    values: IdMap<Value, ValueInfo>,
+    /// Whether a value of which too much is declared is declared anew.
+    widens: bool,
     /// Declared ranges by node.
     declared: IdMap<NodeId, Range>,
     entries: IdMap<BlockId, Option<State>>,
@@ -80,6 +95,26 @@ struct Checker<'a> {
 type Fault = String;
 
 impl<'a> Checker<'a> {
+    fn of(
+        modes: &'a Modes,
+        mode: &'a Mode,
+        errors: &'a mut Vec<VerifyError>,
+        widens: bool,
+    ) -> Checker<'a> {
+        Checker {
+            modes,
+            mode,
+            graph: Graph::unshared(&modes.kernel),
+            nodes: IdMap::filled(None, mode.values.len()),
+            values: mode.values.clone(),
+            widens,
+            declared: IdMap::new(),
+            entries: IdMap::filled(None, mode.blocks.len()),
+            errors,
+            place: String::new(),
+        }
+    }
+
     fn mode(&mut self) {
         let mode = self.mode;
         let cells = mode.cells.iter().zip(&mode.known);
@@ -184,12 +219,7 @@ impl<'a> Checker<'a> {
             .filter(|_| target.block > at);
         let block = block.ok_or_else(|| format!("leads to {}", target.block))?;
         let args = self.infos(&target.args, &state)?;
-        let params: Vec<ValueInfo> = block
-            .params
-            .iter()
-            .map(|param| self.mode.values[param])
-            .collect();
-        hold(&params, &args)?;
+        self.hold(&block.params, &args)?;
         let entry = self.entries[target.block].take();
         self.entries[target.block] = Some(match entry {
             None => state,
@@ -284,12 +314,8 @@ impl<'a> Checker<'a> {
             .iter()
             .try_for_each(|inst| self.inst(inst, state))?;
         let yields = self.infos(&region.yields, state)?;
-        let results: Vec<ValueInfo> = results
-            .iter()
-            .map(|result| self.mode.values[result])
-            .collect();
         state.visible = outside;
-        hold(&results, &yields)
+        self.hold(results, &yields)
     }
 
     fn repeat(
@@ -300,7 +326,7 @@ impl<'a> Checker<'a> {
         state: &mut State,
     ) -> Result<(), Fault> {
         let (round, carried) = body.params.split_first().ok_or("a loop without round")?;
-        let info = |value: &Value| self.mode.values[value];
+        let info = |value: &Value| self.values[value];
         if !info(round)
             .range
             .contains(Range::new(0, i64::from(rounds) - 1))
@@ -314,13 +340,13 @@ impl<'a> Checker<'a> {
         let yields: Vec<ValueInfo> = body
             .yields
             .iter()
-            .map(|value| self.mode.values[value])
+            .map(|value| self.values[value])
             .collect();
         hold(
             &inst
                 .results
                 .iter()
-                .map(|value| self.mode.values[value])
+                .map(|value| self.values[value])
                 .collect::<Vec<_>>(),
             &yields,
         )?;
@@ -335,7 +361,7 @@ impl<'a> Checker<'a> {
             .collect::<Result<Vec<NodeId>, Fault>>()?;
         let expected = match (inst.op, &inst.results[..]) {
             (Op::Const(value), [result]) => {
-                Op::constant(self.mode.values[result].ty, value).map(Some)
+                Op::constant(self.values[result].ty, value).map(Some)
             }
             _ => inst
                 .op
@@ -354,12 +380,24 @@ impl<'a> Checker<'a> {
         }
         let Some(info) = expected else { return Ok(()) };
         let result = *inst.results.first().ok_or("gives a result")?;
-        hold(&[self.mode.values[result]], &[info])?;
+        self.hold(&[result], &[info])?;
         let id = self.define(result, Kind::Op(inst.op), &args, state)?;
         if let Op::Get(cell) = inst.op {
             state.held[cell as usize] = Held::Node(id);
         }
         Ok(())
+    }
+
+    /// Whether values can hold what is computed, or can when it is declared anew.
+    fn hold(&mut self, values: &[Value], computed: &[ValueInfo]) -> Result<(), Fault> {
+        if self.widens {
+            for (value, computed) in values.iter().zip(computed) {
+                let declared = &mut self.values[*value];
+                declared.range = declared.range.union(computed.range);
+            }
+        }
+        let declared: Vec<ValueInfo> = values.iter().map(|value| self.values[*value]).collect();
+        hold(&declared, computed)
     }
 
     fn define(
@@ -370,7 +408,6 @@ impl<'a> Checker<'a> {
         state: &mut State,
     ) -> Result<NodeId, Fault> {
         let info = *self
-            .mode
             .values
             .get(value)
             .ok_or_else(|| format!("nothing is known of {value}"))?;
@@ -406,7 +443,7 @@ impl<'a> Checker<'a> {
         let info = |value: &Value| {
             let id = self.read(*value, state)?;
             Ok(ValueInfo {
-                ty: self.mode.values[value].ty,
+                ty: self.values[value].ty,
                 range: self.range(id, state),
             })
         };
