@@ -95,7 +95,7 @@ fn a_clavichords_strings_are_what_its_formulas_say() {
         "{stiffness} N/m, not {expected}"
     );
     let (_, cents) = strings.extremes("sharp", 0.0);
-    let tauter = 11e3 * 0.0065f64.powi(2) * (1.0 / 0.52 + 1.0 / 0.15) / (2.0 * 0.67);
+    let tauter = 8.4e3 * 0.0065f64.powi(2) * (1.0 / 0.52 + 1.0 / 0.15) / (2.0 * 0.67);
     let expected = 600.0 / std::f64::consts::LN_2 * tauter / 50.0;
     assert!(
         (cents / expected - 1.0).abs() < 0.01,
@@ -145,7 +145,7 @@ fn a_finger_bends_what_a_clavichord_sounds() {
     let (soft, hard) = (cents(0.004), cents(0.0075));
     assert!(soft.abs() < 1.0, "{soft} cents");
     // 4 mm above where the strings are met.
-    assert!((17.0..22.0).contains(&hard), "{hard} cents");
+    assert!((13.0..17.0).contains(&hard), "{hard} cents");
 }
 
 #[test]

@@ -337,11 +337,7 @@ impl<'a> Checker<'a> {
         hold(&declared, &self.infos(&inst.args, state)?)?;
         self.opaque(&body.params, state)?;
         self.region(body, carried, state)?;
-        let yields: Vec<ValueInfo> = body
-            .yields
-            .iter()
-            .map(|value| self.values[value])
-            .collect();
+        let yields: Vec<ValueInfo> = body.yields.iter().map(|value| self.values[value]).collect();
         hold(
             &inst
                 .results
@@ -360,9 +356,7 @@ impl<'a> Checker<'a> {
             .map(|arg| self.read(*arg, state))
             .collect::<Result<Vec<NodeId>, Fault>>()?;
         let expected = match (inst.op, &inst.results[..]) {
-            (Op::Const(value), [result]) => {
-                Op::constant(self.values[result].ty, value).map(Some)
-            }
+            (Op::Const(value), [result]) => Op::constant(self.values[result].ty, value).map(Some),
             _ => inst
                 .op
                 .apply(&self.modes.kernel, &self.infos(&inst.args, state)?),

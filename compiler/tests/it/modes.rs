@@ -1,13 +1,18 @@
 //! The modes of a kernel do what the kernel does: outputs, memory and events in every tick; and
 //! what they promise holds.
 
+use whippen_compiler::check::Options;
+use whippen_compiler::front::compile_front;
 use whippen_compiler::kernel::random::{self, Draw, Rng};
 use whippen_compiler::kernel::{
     Builder, Interp, Kernel, Op, OpError, Range, Type, Value, without_probes,
 };
 use whippen_compiler::modes::run::ModesEngine;
 use whippen_compiler::modes::verify::verify;
-use whippen_compiler::modes::{Modes, specialize, specialize_fully};
+use whippen_compiler::modes::{INSTRUCTIONS, Modes, specialize, specialize_fully};
+use whippen_compiler::pipeline;
+use whippen_compiler::scales::Scales;
+use whippen_compiler::source::SourceMap;
 
 const KEYS: usize = 2;
 
@@ -368,4 +373,30 @@ fn long_chains() {
         );
         Pair::new(&kernel, &modes, &kernel.name).run(&mut Rng::new(link as u64), 20);
     }
+}
+
+/// A program whose modes know of a force what no branch of their code says any more.
+#[test]
+fn what_is_known_from_a_simplified_condition_is_declared_wider() {
+    let text = include_str!("../../../tests/programs/felt_hammer.whip");
+    let mut map = SourceMap::default();
+    map.add("felt_hammer.whip", text.to_string());
+    let (program, diagnostics) = compile_front(&mut map, &Options::default());
+    let program = program.unwrap_or_else(|| panic!("{diagnostics:#?}"));
+    let model = program.instruments[0].clone();
+    // As the device `mikey` has them.
+    let scales = Scales {
+        sensor_zero: -0.5e-3,
+        sensor_lsb: 11e-3 / 65535.0,
+        drive_lsb: 32.0 / 32768.0,
+        update_hz: None,
+    };
+    let compiled = pipeline::compile(model, scales, false).expect("it compiles");
+    let kernel = without_probes(&compiled.lowered.kernel);
+    let before = specialize(&kernel, INSTRUCTIONS);
+    assert!(verify(&before).is_err(), "nothing is to be widened here");
+    let modes = pipeline::specialize(&compiled, INSTRUCTIONS, &mut pipeline::unobserved)
+        .unwrap_or_else(|error| panic!("{error:?}"));
+    let mut pair = Pair::new(&kernel, &modes, "felt_hammer");
+    pair.run(&mut Rng::new(7), 20_000);
 }
