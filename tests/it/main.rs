@@ -39,6 +39,7 @@ mod played;
 mod player;
 mod ports;
 mod presets;
+mod quiet;
 mod random_programs;
 mod readme;
 mod reference;
