@@ -40,6 +40,8 @@ pub struct Lines {
     pub(crate) changed: bool,
     /// Whether a device asks for a reset of the chip.
     pub(crate) reset: bool,
+    /// The clock that glitched.
+    pub(crate) glitch: Option<&'static str>,
 }
 
 impl Lines {
@@ -48,6 +50,7 @@ impl Lines {
             cores: vec![CoreLines::default(); cores],
             changed: false,
             reset: false,
+            glitch: None,
         }
     }
 
@@ -105,6 +108,12 @@ impl Lines {
     /// Asks for a reset of the chip, which ends the run.
     pub fn reset(&mut self) {
         self.reset = true;
+        self.changed = true;
+    }
+
+    /// A clock had an edge that came too early, which ends the run.
+    pub fn glitch(&mut self, clock: &'static str) {
+        self.glitch = Some(clock);
         self.changed = true;
     }
 

@@ -163,6 +163,9 @@ impl Machine {
         if std::mem::take(&mut self.bus.lines.reset) {
             return Err(Stop::Reset);
         }
+        if let Some(clock) = self.bus.lines.glitch.take() {
+            return Err(Stop::Glitch { clock });
+        }
         self.obey();
         for i in 0..self.cores.len() {
             self.wake(i, cycle);
