@@ -18,7 +18,7 @@ use crate::device::busctrl::BusCtrl;
 use crate::device::clocks::{self, Clocks, Resets};
 use crate::device::converter::Converter;
 use crate::device::dma::{self, Dma};
-use crate::device::power::{Around, Power, Ticks, Watchdog};
+use crate::device::power::{Around, Power, Stages, Ticks, Watchdog};
 use crate::device::registers::{Registers, Row};
 use crate::device::sio::{Chip, Sio};
 use crate::device::timer::Timer;
@@ -138,8 +138,8 @@ struct ChipTable {
     timer_intr: u32,
     /// Bases and interrupts of the serial ports.
     uarts: [(u32, usize); 2],
-    /// PSM: base, the bit of core 1, all bits.
-    power: (u32, u32, u32),
+    /// PSM: base, what its bits mean.
+    power: (u32, Stages),
     /// Base, counts per tick.
     watchdog: (u32, u32),
     /// The generator of its ticks in a block of registers: the block's base, the generator's
@@ -239,8 +239,8 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
     let (base, rows, on_peri) = chip.resets;
     let resets = Resets::new(rows, clocks, on_peri);
     bus.attach(base, BLOCK, PERIPHERAL, Box::new(resets));
-    let (base, core1, mask) = chip.power;
-    let power = Power::new(core1, mask, sio, chip.core1());
+    let (base, stages) = chip.power;
+    let power = Power::new(stages, sio, chip.core1());
     let power = bus.attach(base, BLOCK, PERIPHERAL, Box::new(power));
     let (base, counts_per_tick) = chip.watchdog;
     let around = Around {

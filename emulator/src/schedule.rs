@@ -161,6 +161,9 @@ impl Machine {
             self.bus.attend(cycle);
         }
         if std::mem::take(&mut self.bus.lines.reset) {
+            if std::mem::take(&mut self.bus.lines.reset_peripherals) {
+                self.bus.reset();
+            }
             return Err(Stop::Reset);
         }
         if let Some(clock) = self.bus.lines.glitch.take() {

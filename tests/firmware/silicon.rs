@@ -2,6 +2,7 @@
 //! through, a watchdog that bites.
 
 use whippen_compiler::firmware::{Instrument, build_image};
+use whippen_compiler::image::Image;
 use whippen_compiler::keyboard::Layout;
 use whippen_compiler::modes::Modes;
 use whippen_emulator::{
@@ -19,6 +20,7 @@ struct Played {
     kind: BoardKind,
     machine: Machine,
     ports: Ports,
+    image: Image,
 }
 
 impl Played {
@@ -32,7 +34,7 @@ impl Played {
             midi: &notes,
         };
         let mut setup = setup();
-        setup.keys = vec![KEYS as usize; board.cores as usize];
+        setup.keys = vec![KEYS; board.cores as usize];
         let keys = KEYS * board.cores;
         let layout = Layout::of_one_instrument("spring", keys, 21);
         let image = build_image(&layout, &[instrument], &setup, &board)
@@ -52,6 +54,7 @@ impl Played {
             kind,
             machine,
             ports,
+            image,
         };
         let converter = played.converter();
         converter.recording = true;
@@ -99,6 +102,21 @@ impl Played {
         self.jump(core, 0x3000_0000);
     }
 
+    /// What the converter puts out now.
+    fn outputs(&mut self) -> Vec<i16> {
+        self.converter().outputs().to_vec()
+    }
+
+    /// Runs core 0 up to a function.
+    fn run_to(&mut self, function: &str) {
+        let symbols = &mut self.image.symbols.iter();
+        let found = symbols.find(|symbol| symbol.name == function);
+        let address = found.expect("it is there").address & !1;
+        self.machine.set_breakpoint(address);
+        while self.run_ms(100) != (Stop::Breakpoint { core: 0, address }) {}
+        self.machine.clear_breakpoint(address);
+    }
+
     fn jump(&mut self, core: usize, to: u32) {
         self.machine.cpu_mut(core).set(Register::core(15), to);
     }
@@ -140,5 +158,64 @@ fn every_board_resets_when_a_core_stops() {
                 );
             }
         }
+    }
+}
+
+/// Before core 0 feeds it for the first time, the watchdog already waits for 10 ms and no longer.
+#[test]
+fn every_board_resets_when_it_is_never_fed() {
+    for kind in BoardKind::ALL {
+        let mut played = Played::new(kind);
+        played.run_to("board_listen");
+        let from = played.cycle();
+        played.hang(0);
+        let stop = played.run_ms(1000);
+        let ms = (played.cycle() - from) / played.cycles_per_ms();
+        assert!(
+            stop == Stop::Reset && (8..=13).contains(&ms),
+            "{}: {stop:?} after {ms} ms",
+            kind.name()
+        );
+    }
+}
+
+/// A fault of one core takes the force of all keys away within a tick (it may sleep until then),
+/// those of the other core too, and nothing brings it back.
+#[test]
+fn outputs_are_off_from_a_fault_on() {
+    for kind in BoardKind::ALL {
+        for core in 0..kind.board().cores {
+            let mut played = Played::new(kind);
+            assert_eq!(played.run_ms(60), Stop::Limit);
+            let words = played.outputs();
+            assert!(words.iter().all(|word| *word != 0), "{words:?}");
+            let tick_cycles = u64::from(kind.board().clock_hz / RATE_HZ);
+            played.fault(core);
+            let mut until = played.cycle() + tick_cycles + 200;
+            while played.machine.run(until) == Stop::Limit {
+                let words = played.outputs();
+                let name = kind.name();
+                assert!(
+                    words.iter().all(|word| *word == 0),
+                    "{name}, core {core}: {words:?}"
+                );
+                until += tick_cycles / 3;
+            }
+            assert!(played.outputs().iter().all(|word| *word == 0));
+        }
+    }
+}
+
+/// A core that hangs leaves its last words at the outputs, until the watchdog's bite.
+#[test]
+fn outputs_are_off_after_a_bite() {
+    for kind in BoardKind::ALL {
+        let mut played = Played::new(kind);
+        assert_eq!(played.run_ms(60), Stop::Limit);
+        played.hang(0);
+        assert_eq!(played.run_ms(7), Stop::Limit);
+        assert!(played.outputs().iter().all(|word| *word != 0));
+        assert_eq!(played.run_ms(7), Stop::Reset);
+        assert!(played.outputs().iter().all(|word| *word == 0));
     }
 }

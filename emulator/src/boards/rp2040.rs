@@ -5,6 +5,7 @@ use crate::board::CoreKind;
 use crate::bus::Waits;
 use crate::device::clocks;
 use crate::device::dma;
+use crate::device::power::Stages;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
@@ -119,7 +120,14 @@ pub(super) const CHIP: ChipTable = ChipTable {
     timers: &[(0x4005_4000, 0)],
     timer_intr: 0x34,
     uarts: [(0x4003_4000, 20), (0x4003_8000, 21)],
-    power: (0x4001_0000, 1 << 16, 0x0001_ffff),
+    power: (
+        0x4001_0000,
+        Stages {
+            core1: 1 << 16,
+            mask: 0x0001_ffff,
+            peripherals: 0xf,
+        },
+    ),
     watchdog: (0x4005_8000, 2),
     watchdog_ticks: None,
     dma: dma::RP2040,

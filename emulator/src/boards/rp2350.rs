@@ -6,6 +6,7 @@ use crate::board::CoreKind;
 use crate::bus::Waits;
 use crate::device::clocks;
 use crate::device::dma;
+use crate::device::power::Stages;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
@@ -95,7 +96,14 @@ pub(super) const CHIP: ChipTable = ChipTable {
     timers: &[(0x400b_0000, 0), (0x400b_8000, 4)],
     timer_intr: 0x3c,
     uarts: [(0x4007_0000, 33), (0x4007_8000, 34)],
-    power: (0x4001_8000, 1 << 24, 0x01ff_ffff),
+    power: (
+        0x4001_8000,
+        Stages {
+            core1: 1 << 24,
+            mask: 0x01ff_ffff,
+            peripherals: 0x1f,
+        },
+    ),
     watchdog: (0x400d_8000, 1),
     watchdog_ticks: Some((0x4010_8000, 0x30)),
     dma: dma::RP2350,

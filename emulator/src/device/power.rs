@@ -16,6 +16,16 @@ use crate::device::registers::Registers;
 use crate::device::sio::Sio;
 use crate::lines::Start;
 
+/// Which bits mean what.
+#[derive(Clone, Copy)]
+pub(crate) struct Stages {
+    pub core1: u32,
+    /// All bits.
+    pub mask: u32,
+    /// The stages up to RESETS, which resets the peripherals.
+    pub peripherals: u32,
+}
+
 /// The power-on state machine: of it, the processors. A core that is forced off halts; let go, it
 /// starts in the boot ROM.
 pub(crate) struct Power {
@@ -23,6 +33,8 @@ pub(crate) struct Power {
     core1: u32,
     /// All bits.
     mask: u32,
+    /// The stages up to the one that peripherals are reset with.
+    peripherals: u32,
     sio: DeviceId,
     wakes: Start,
     force_on: u32,
@@ -31,10 +43,16 @@ pub(crate) struct Power {
 }
 
 impl Power {
-    pub(crate) fn new(core1: u32, mask: u32, sio: DeviceId, wakes: Start) -> Self {
+    pub(crate) fn new(stages: Stages, sio: DeviceId, wakes: Start) -> Self {
+        let Stages {
+            core1,
+            mask,
+            peripherals,
+        } = stages;
         Self {
             core1,
             mask,
+            peripherals,
             sio,
             wakes,
             force_on: 0,
@@ -184,8 +202,10 @@ impl Watchdog {
             return;
         };
         let (selected, core1, sio, wakes) = (power.watchdog, power.core1, power.sio, power.wakes);
-        if selected & !core1 != 0 {
+        if selected & power.peripherals != 0 {
             bus.lines.reset();
+        } else if selected & !core1 != 0 {
+            bus.lines.reset_cores();
         } else if selected != 0 {
             wake_core1(sio, wakes, bus);
         }
