@@ -18,7 +18,7 @@ use crate::device::busctrl::BusCtrl;
 use crate::device::clocks::{self, Clocks, Resets};
 use crate::device::converter::Converter;
 use crate::device::dma::{self, Dma};
-use crate::device::power::{Around, Power, Stages, Ticks, Watchdog};
+use crate::device::power::{Power, Stages, Ticks, Watchdog, Wiring};
 use crate::device::registers::{Registers, Row};
 use crate::device::sio::{Chip, Sio};
 use crate::device::timer::Timer;
@@ -127,7 +127,7 @@ struct ChipTable {
     /// Blocks that only hold what is written.
     registers: &'static [(u32, &'static [Row])],
     /// Base of the clocks, and what is particular to them.
-    clocks: (u32, clocks::Layout),
+    clocks: (u32, clocks::ClockLayout),
     /// Base of the resets, their registers, the blocks that need clk_peri to leave theirs.
     resets: (u32, &'static [Row], u32),
     /// SIO, and how much faster than memory it is.
@@ -243,12 +243,12 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
     let power = Power::new(stages, sio, chip.core1());
     let power = bus.attach(base, BLOCK, PERIPHERAL, Box::new(power));
     let (base, counts_per_tick) = chip.watchdog;
-    let around = Around {
+    let wiring = Wiring {
         power,
         clocks,
         ticks,
     };
-    let watchdog = Watchdog::new(clock_hz, counts_per_tick, around);
+    let watchdog = Watchdog::new(clock_hz, counts_per_tick, wiring);
     bus.attach(base, BLOCK, PERIPHERAL, Box::new(watchdog));
     bus.attach(
         DMA_BASE,

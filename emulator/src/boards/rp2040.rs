@@ -102,7 +102,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ],
     clocks: (
         0x4000_8000,
-        clocks::Layout {
+        clocks::ClockLayout {
             rows: CLOCKS,
             rosc_hz: 6_500_000,
             divider_shift: 8,

@@ -82,7 +82,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ],
     clocks: (
         0x4001_0000,
-        clocks::Layout {
+        clocks::ClockLayout {
             rows: CLOCKS,
             rosc_hz: 11_000_000,
             divider_shift: 16,

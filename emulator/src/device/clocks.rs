@@ -1,5 +1,5 @@
-//! Clocks of RP2350 and RP2040 (RP2350 datasheet 8.1, RP2040 datasheet 2.15), and which blocks leave
-//! their reset (7.5, 2.14).
+//! Clocks of RP2350 and RP2040 (RP2350 datasheet 8.1, RP2040 datasheet 2.15), and which blocks
+//! leave their reset (7.5, 2.14).
 //!
 //! ```text
 //!   auxiliary sources --aux mux (glitches)--+
@@ -38,7 +38,7 @@ const XOSC_HZ: u64 = 12_000_000;
 
 /// What differs between the chips.
 #[derive(Clone, Copy)]
-pub(crate) struct Layout {
+pub(crate) struct ClockLayout {
     pub rows: &'static [Row],
     /// The ring oscillator as it comes up (cycles per second).
     pub rosc_hz: u32,
@@ -95,12 +95,12 @@ impl Mux {
 /// See the module.
 pub(crate) struct Clocks {
     registers: Registers,
-    layout: Layout,
+    layout: ClockLayout,
     muxes: [Mux; 2],
 }
 
 impl Clocks {
-    pub(crate) fn new(layout: Layout) -> Self {
+    pub(crate) fn new(layout: ClockLayout) -> Self {
         let registers = Registers::new(layout.rows);
         let muxes = [
             Mux::new("clk_ref", REF, 3, &registers),

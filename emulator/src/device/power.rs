@@ -126,7 +126,7 @@ pub(crate) enum Ticks {
 
 /// What a watchdog is connected to.
 #[derive(Clone, Copy)]
-pub(crate) struct Around {
+pub(crate) struct Wiring {
     pub power: DeviceId,
     pub clocks: DeviceId,
     pub ticks: Ticks,
@@ -137,7 +137,7 @@ pub(crate) struct Around {
 pub(crate) struct Watchdog {
     clock_hz: u64,
     counts_per_tick: u64,
-    around: Around,
+    wiring: Wiring,
     control: u32,
     /// Cycles that this many counts take; none while there are no ticks.
     pace: Option<(u64, u64)>,
@@ -149,11 +149,11 @@ pub(crate) struct Watchdog {
 }
 
 impl Watchdog {
-    pub(crate) fn new(clock_hz: u32, counts_per_tick: u32, around: Around) -> Self {
+    pub(crate) fn new(clock_hz: u32, counts_per_tick: u32, wiring: Wiring) -> Self {
         Self {
             clock_hz: u64::from(clock_hz),
             counts_per_tick: u64::from(counts_per_tick),
-            around,
+            wiring,
             control: 0x0700_0000,
             pace: None,
             expires: u64::MAX,
@@ -165,14 +165,14 @@ impl Watchdog {
 
     /// Cycles that so many counts take, while there are ticks.
     fn pace(&self, bus: &Bus) -> Option<(u64, u64)> {
-        let (enabled, cycles) = match self.around.ticks {
+        let (enabled, cycles) = match self.wiring.ticks {
             Ticks::Own => (self.tick & TICK_ENABLE != 0, self.tick & TICK_CYCLES),
             Ticks::Block(id, at) => {
                 let block = bus.device::<Registers>(id)?;
                 (block.holds(at) & 1 != 0, block.holds(at + 4))
             }
         };
-        let ref_hz = bus.device::<Clocks>(self.around.clocks)?.ref_hz()?;
+        let ref_hz = bus.device::<Clocks>(self.wiring.clocks)?.ref_hz()?;
         let ticks = enabled && cycles != 0;
         ticks.then(|| {
             (
@@ -198,7 +198,7 @@ impl Watchdog {
 
     /// Resets what PSM's WDSEL selects.
     fn bite(&self, bus: &mut Bus) {
-        let Some(power) = bus.device::<Power>(self.around.power) else {
+        let Some(power) = bus.device::<Power>(self.wiring.power) else {
             return;
         };
         let (selected, core1, sio, wakes) = (power.watchdog, power.core1, power.sio, power.wakes);
