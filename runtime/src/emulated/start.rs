@@ -1,6 +1,7 @@
 //! The start of a board: its cores begin, force comes up, and the keys go back to their beginning.
 
-use whippen_compiler::firmware::{CORES, ZoneCode};
+use whippen_compiler::firmware::CORES;
+use whippen_compiler::thumb::StateLayout;
 
 use super::{Emulated, Frames};
 
@@ -34,7 +35,8 @@ impl Emulated {
         }
         for (core, states) in fresh.into_iter().flatten().enumerate() {
             for (at, state) in states.into_iter().enumerate() {
-                self.put_back(&self.zones(core)[at].clone(), state)?;
+                let (name, layout) = self.pieces(core)[at].clone();
+                self.put_back(&name, &layout, state)?;
             }
         }
         self.frames = Frames::default();
@@ -50,14 +52,28 @@ impl Emulated {
         }
     }
 
-    /// The state of a zone's keys, with all gains at 1.
-    fn put_back(&mut self, zone: &ZoneCode, mut state: Vec<u8>) -> Result<(), String> {
-        for key in 0..zone.keys() {
-            if let Some(gain) = zone.layout().gain(key) {
+    /// What has a state: the zones of a core, and the parts of an instrument with core 0's.
+    fn pieces(&self, core: usize) -> Vec<(String, StateLayout)> {
+        let zones = self.zones(core).iter();
+        let zones = zones.map(|zone| (zone.name.clone(), zone.layout().clone()));
+        let parts = self.program().parts().filter(|_| core == 0);
+        let parts = parts.map(|part| (part.name.clone(), part.built.layout.clone()));
+        zones.chain(parts).collect()
+    }
+
+    /// A state, with all gains at 1.
+    fn put_back(
+        &mut self,
+        name: &str,
+        layout: &StateLayout,
+        mut state: Vec<u8>,
+    ) -> Result<(), String> {
+        for key in 0..layout.keys() {
+            if let Some(gain) = layout.gain(key) {
                 state[gain as usize..][..4].copy_from_slice(&GAIN_ONE.to_le_bytes());
             }
         }
-        let to = self.state_of(zone)?;
+        let to = self.symbol(&format!("{name}_state"))?;
         self.write(to, &state)
     }
 
@@ -74,13 +90,13 @@ impl Emulated {
         Ok(true)
     }
 
-    /// The states of a core's zones.
+    /// The states of a core's pieces.
     fn states(&self, core: usize) -> Result<Vec<Vec<u8>>, String> {
-        let state = |zone: &ZoneCode| {
-            let mut state = vec![0; zone.layout().size() as usize];
-            self.read(self.state_of(zone)?, &mut state)?;
+        let state = |(name, layout): &(String, StateLayout)| {
+            let mut state = vec![0; layout.size() as usize];
+            self.read(self.symbol(&format!("{name}_state"))?, &mut state)?;
             Ok(state)
         };
-        self.zones(core).iter().map(state).collect()
+        self.pieces(core).iter().map(state).collect()
     }
 }

@@ -1,0 +1,152 @@
+//! Program partitioning by data dependence (as of decoupled software pipelining, with acyclic
+//! stages): one Kernel becomes several, which together do what it does in a tick.
+//!
+//! ```text
+//!            .-> member 0 -.
+//!   head ----+-> member 1 -+--> tail        what crosses is a wire: a word that a part leaves for others
+//!            '-> ..       -'
+//! ```
+//!
+//! | part | what it has |
+//! | --- | --- |
+//! | head | the sensor words, and what more than one member needs |
+//! | member | memory that evolves on its own and costs much, such as a string, and what is only for it |
+//! | tail | everything else: what several members lead to, drive words, events |
+//!
+//! Nothing goes by names. Instructions that touch the same memory stay together, and so does what
+//! lies on a way from memory back to itself ([`nodes`], [`classes`]). Of these classes the most
+//! expensive that do not depend on each other are members ([`choose`]). So members may run in any
+//! order and at the same time.
+//!
+//! Each part is a Kernel of its own ([`cut`]): it is verified, specialised, compiled and bounded as
+//! any other. A wire is a word of a cell of the part that makes it and a live value of each part that
+//! takes it; whoever runs the parts copies them in between. Every live value of the whole is read by one
+//! part alone, so no two parts can see different ones in a tick.
+//!
+//! [`Running`] runs parts by the interpreter, and is what tests compare with the whole.
+//!
+//! Not here: which core runs what, and how words cross (`whippen-firmware`).
+
+mod choose;
+mod classes;
+mod cut;
+mod nodes;
+mod run;
+
+use std::fmt;
+
+use whippen_kernel::{Kernel, Op};
+
+pub use choose::MEMBER_CYCLES_MIN;
+pub use run::Running;
+
+/// What a part is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// Runs first.
+    Head,
+    /// Runs after the head, in any order with the other members.
+    Member(u32),
+    /// Runs last.
+    Tail,
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Role::Head => f.write_str("head"),
+            Role::Member(number) => write!(f, "member {number}"),
+            Role::Tail => f.write_str("tail"),
+        }
+    }
+}
+
+/// A part of a Kernel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// What it is.
+    pub role: Role,
+    /// What it does. Only the head has words that come in during a tick, only the tail those that
+    /// go out, and events; their numbers are those of the whole.
+    pub kernel: Kernel,
+}
+
+impl Part {
+    /// About the cycles of its tick.
+    pub fn cycles(&self) -> u64 {
+        let insts = self.kernel.tick.insts.iter();
+        insts.map(|inst| classes::cycles(&self.kernel, inst)).sum()
+    }
+}
+
+/// Something of a part: a cell or a live value, by number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Of {
+    /// Which part.
+    pub part: usize,
+    /// Its number there.
+    pub number: u32,
+}
+
+/// A word that a part leaves for others in every tick.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wire {
+    /// The cell that it is left in: a grid of all wires that the part makes.
+    pub from: Of,
+    /// Which word of it.
+    pub word: u32,
+    /// The live values that it becomes, each of a later part.
+    pub to: Vec<Of>,
+}
+
+/// A Kernel in parts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parts {
+    /// In the order in which they may run: head, members, tail.
+    pub parts: Vec<Part>,
+    /// What crosses.
+    pub wires: Vec<Wire>,
+    /// Of each live value of the whole, where it is read.
+    pub lives: Vec<Of>,
+    /// Of each cell of the whole, where it is.
+    pub cells: Vec<Of>,
+}
+
+/// A Kernel in parts, if at least two members are worth it: each of [`MEMBER_CYCLES_MIN`] cycles or
+/// more, as the target's table estimates them. It has no probes.
+pub fn split(kernel: &Kernel) -> Option<Parts> {
+    split_by(kernel, |classes| choose::dearest(classes))
+}
+
+/// As [`split`], with members that lie around these instructions of the tick (by their places), as
+/// far as they do not depend on each other: at least one. For tests.
+pub fn split_around(kernel: &Kernel, insts: &[usize]) -> Option<Parts> {
+    split_by(kernel, |classes| {
+        let own = insts.iter().filter_map(|at| classes.of_inst(*at));
+        choose::independent(classes, own)
+    })
+}
+
+fn split_by(
+    kernel: &Kernel,
+    choose: impl FnOnce(&classes::Classes) -> Vec<usize>,
+) -> Option<Parts> {
+    if kernel
+        .all_insts()
+        .any(|inst| matches!(inst.op, Op::Probe(_)))
+    {
+        return None;
+    }
+    let mut kernel = kernel.clone();
+    let nodes = nodes::Nodes::of(&mut kernel);
+    let classes = classes::Classes::of(&kernel, &nodes);
+    let members = choose(&classes);
+    if members.is_empty() {
+        return None;
+    }
+    let roles = choose::roles(&classes, &members);
+    cut::cut(&kernel, &nodes, &classes, &roles, members.len())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,66 @@
+use super::*;
+use whippen_kernel::random::{self, Rng};
+use whippen_kernel::{Interp, verify, without_probes};
+
+fn random_kernel(seed: u64) -> Kernel {
+    without_probes(&random::kernel(seed))
+}
+
+/// Runs a whole and its parts on the same words; all that can be seen of them is the same.
+fn compare(kernel: &Kernel, parts: &Parts, rng: &mut Rng, told: &str) {
+    for part in &parts.parts {
+        if let Err(errors) = verify(&part.kernel) {
+            panic!("{told}: {errors:#?}\n{}\nof\n{kernel}", part.kernel);
+        }
+    }
+    let mut whole = Interp::checked(kernel, 1).expect("verifies");
+    let mut running = Running::new(parts).expect("verifies");
+    let first = random::inputs(rng, kernel, 1);
+    whole.init(&first);
+    running.init(&first);
+    let mut out = [0, 1].map(|_| vec![0; kernel.outputs.len()]);
+    for tick in 0..20 {
+        for (at, live) in kernel.lives.iter().enumerate() {
+            if rng.chance(1, 3) {
+                let word = random::Draw::interesting(rng, live.range) as i32;
+                whole.set_live(at, word).expect("in range");
+                running.set_live(at, word).expect("in range");
+            }
+        }
+        let words = random::inputs(rng, kernel, 1);
+        whole.tick(&words, &mut out[0]);
+        running.tick(&words, &mut out[1]).expect("in range");
+        let told = || format!("{told}, tick {tick}\n{kernel}");
+        assert_eq!(out[0], out[1], "{}", told());
+        assert_eq!(whole.drain_events(), running.drain_events(), "{}", told());
+        for (at, cell) in kernel.cells.iter().enumerate() {
+            for word in 0..cell.len as usize {
+                let (want, found) = (whole.cell(0, at, word), running.cell(at, word));
+                assert_eq!(want, found, "{} {word}: {}", cell.name, told());
+            }
+        }
+        assert_eq!(running.violation(), None, "{}", told());
+    }
+}
+
+/// Random kernels, members around random instructions.
+#[test]
+fn parts_of_random_kernels_do_what_the_whole_does() {
+    let wanted = std::env::var("WHIPPEN_KERNELS").ok();
+    let kernels = wanted.and_then(|text| text.parse().ok()).unwrap_or(3000);
+    let (mut cuts, mut several, mut crossing) = (0, 0, 0_u64);
+    for seed in 0..kernels {
+        let kernel = random_kernel(seed);
+        let mut rng = Rng::new(seed ^ 0x5eed);
+        let count = kernel.tick.insts.len() as u64;
+        let wanted: Vec<usize> = (0..8).map(|_| rng.below(count.max(1)) as usize).collect();
+        if let Some(parts) = split_around(&kernel, &wanted) {
+            cuts += 1;
+            several += u64::from(parts.parts.len() > 3);
+            crossing += u64::from(parts.wires.len() > 2);
+            compare(&kernel, &parts, &mut rng, &format!("seed {seed}"));
+        }
+    }
+    println!("{cuts} of {kernels} cut, {several} with several members, {crossing} with wires");
+    assert!(cuts > kernels / 2 && several > kernels / 4 && crossing > kernels / 10);
+}
