@@ -82,6 +82,8 @@ pub struct Board<'a> {
     image: &'a Image,
     machine: Machine,
     ports: Ports,
+    /// Live values that were set so far.
+    asked: u32,
 }
 
 impl<'a> Board<'a> {
@@ -117,10 +119,12 @@ impl<'a> Board<'a> {
             image,
             machine,
             ports,
+            asked: 0,
         }
     }
 
-    /// Plays words, so many ticks of all keys, counting from here on.
+    /// Plays words, so many ticks of all keys, counting from here on, while somebody turns the live
+    /// values to and fro.
     pub fn play(&mut self, words: Vec<u16>, alone: bool, watch: &mut Watch) {
         let ticks = words.len() / self.image.words_each_way();
         self.converter().samples.extend(words);
@@ -129,6 +133,7 @@ impl<'a> Board<'a> {
             if alone && self.image.keys.len() > 1 {
                 self.keep_alive();
             }
+            self.set_a_live_value();
             let now = (0..self.machine.cores())
                 .map(|core| self.machine.cycle(core))
                 .max()
@@ -136,6 +141,32 @@ impl<'a> Board<'a> {
             let until = now + SLICE.min(self.image.period / 2);
             let stop = self.machine.run_observed(until, watch);
             assert!(matches!(stop, Stop::Limit), "{}: {stop}", self.image.name());
+        }
+    }
+
+    /// One parameter after the other, to either end of its range.
+    fn set_a_live_value(&mut self) {
+        let lives = &self.image.compiled.lowered.kernel.lives;
+        let asked = self.asked as usize;
+        let Some(live) = lives.get(asked % lives.len().max(1)) else {
+            return;
+        };
+        let value = match asked / lives.len() % 2 {
+            0 => live.range.high,
+            _ => live.range.low,
+        };
+        self.asked += 1;
+        let mailbox = self.image.symbol("mailbox");
+        let words = [
+            (4, (asked % lives.len()) as u32),
+            (8, value as u32),
+            (0, self.asked),
+        ];
+        for (at, word) in words {
+            let memory = &mut self.machine.bus.memory;
+            memory
+                .write(mailbox + at, &word.to_le_bytes())
+                .expect("memory");
         }
     }
 

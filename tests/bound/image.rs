@@ -6,7 +6,7 @@ use std::sync::Arc;
 use whippen_compiler::budget::{Bounded, Program};
 use whippen_compiler::firmware::{CORES, FirmwareImage};
 use whippen_compiler::image::{Board, MemoryKind};
-use whippen_compiler::keyboard::Layout;
+use whippen_compiler::keyboard::{CoreId, Layout};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes};
 use whippen_compiler::pipeline::{self, Compiled, compile, unobserved};
 use whippen_emulator::{Board as EmulatedBoard, BoardKind};
@@ -49,6 +49,14 @@ impl Image {
         let board = board::bundled(kind.name()).expect("it is bundled");
         Image::for_board(kind, (board, kind.board()), Arc::new(compiled), keys)
             .unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// Words that the other core looks up in a core's memory between two ticks.
+    pub fn visits(&self, core: usize) -> u64 {
+        match self.cores.len() {
+            1 => 0,
+            _ => self.whole.visits(CoreId(core as u32)).into(),
+        }
     }
 
     /// On a board of one's own and what the emulator has in its place; or why it is refused.

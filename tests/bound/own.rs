@@ -9,7 +9,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use whippen_compiler::board::{AccessTime, Board, Memory, MemoryKind};
-use whippen_compiler::firmware::RUNNING;
 use whippen_compiler::image::Start;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::pipeline::Compiled;
@@ -352,10 +351,7 @@ fn holds(image: &Image, seed: u64, told: &str) -> u64 {
         let slowest = memories
             .filter_map(|memory| memory.access.extra_cycles())
             .max();
-        let looks = match image.cores.len() {
-            1 => 0,
-            _ => u64::from(RUNNING[core].visits) * u64::from(1 + slowest.unwrap_or(0)),
-        };
+        let looks = image.visits(core) * u64::from(1 + slowest.unwrap_or(0));
         for ((mode, bound), &observed) in frame.zones[0].tick.modes.iter().zip(&watch.keys[core]) {
             assert!(
                 observed <= bound.cycles_max + looks,

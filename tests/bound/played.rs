@@ -2,7 +2,6 @@
 //! alone.
 
 use whippen_compiler::budget::TickHandlerBound;
-use whippen_compiler::firmware::RUNNING;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_emulator::BoardKind;
@@ -145,25 +144,16 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
             &mut alone,
         );
     }
-    let contended = image
-        .cores
-        .iter()
-        .zip(RUNNING)
-        .enumerate()
-        .map(|(core, (bounds, running))| {
-            let visits = if image.cores.len() > 1 {
-                running.visits.into()
-            } else {
-                0
-            };
-            let (key, frame) = holds(&image, &both, core, &bounds.contended, visits);
-            assert!(both.frames_seen[core] > 0, "it played");
-            format!(
-                "key {key} of {}, frame {frame} of {}",
-                bounds.contended.key_cycles_max(),
-                bounds.contended.handler.cycles_max
-            )
-        });
+    let contended = image.cores.iter().enumerate().map(|(core, bounds)| {
+        let visits = image.visits(core);
+        let (key, frame) = holds(&image, &both, core, &bounds.contended, visits);
+        assert!(both.frames_seen[core] > 0, "it played");
+        format!(
+            "key {key} of {}, frame {frame} of {}",
+            bounds.contended.key_cycles_max(),
+            bounds.contended.handler.cycles_max
+        )
+    });
     let contended: Vec<String> = contended.collect();
     let frame = &image.cores[0].alone;
     let (key, observed) = holds(&image, &alone, 0, frame, 0);

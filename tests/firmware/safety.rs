@@ -95,6 +95,22 @@ fn a_sensor_at_a_rail_frees_its_key() {
     }
 }
 
+/// Twice the number of a tick is no longer a word from 2^31 on, after 13.5 hours at 44.1 kHz.
+#[test]
+fn a_sensor_is_judged_after_10_ms_on_the_second_day_too() {
+    let mut rig = spring();
+    play(&mut rig, 500, |_, _| None);
+    rig.converter().ticks_before = (1 << 31) - 2000;
+    play(&mut rig, 2000, |_, _| None);
+    assert!(rig.block(0, core_block::TICK) > 1 << 31);
+    for (key, rail) in [(5, 65_535), (50, 0)] {
+        play(&mut rig, 100, |_, k| (k == key).then_some(rail));
+        assert_eq!(rig.ceiling(key), 65_536, "not before 10 ms");
+        play(&mut rig, 120, |_, k| (k == key).then_some(rail));
+        assert_eq!(rig.ceiling(key), 0);
+    }
+}
+
 /// The drive moves because a parameter does: the fault is that the sensor does not see the key
 /// move.
 #[test]

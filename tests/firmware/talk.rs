@@ -1,7 +1,10 @@
 //! Parameters in, events out.
 
 use crate::rig::{KEYS, RATE_HZ, Rig, kernel, setup};
-use whippen_compiler::firmware::Setup;
+use whippen_compiler::firmware::{Setup, core_block};
+use whippen_compiler::kernel::parse;
+use whippen_compiler::kernel::random::Rng;
+use whippen_emulator::Stop;
 use whippen_runtime::device::Device;
 use whippen_runtime::gesture::default_gesture;
 
@@ -11,7 +14,7 @@ fn ask(rig: &mut Rig, number: u32, parameter: u32, value: i32) -> u32 {
     rig.set(mailbox + 4, parameter);
     rig.set(mailbox + 8, value as u32);
     rig.set(mailbox, number);
-    rig.play(vec![20_000; 4 * KEYS]);
+    rig.play(vec![20_000; 6 * KEYS]);
     assert_eq!(rig.word(mailbox + 12), number, "it is done");
     rig.word(mailbox + 16)
 }
@@ -43,6 +46,79 @@ fn parameters_are_set_within_their_ranges() {
     );
     assert_eq!(ask(&mut rig, 4, kernel.lives.len() as u32, low), 1);
     assert_eq!(rig.converter().overruns(), 0);
+}
+
+/// Every key plays the number that is set.
+const SET: &str = "kernel set @44100 {
+  in x: u16 [0..65535]
+  out f: i16 [-32768..32767]
+  live level: i32 [0..30000] = 0
+  tick {
+    v0: i32 [0..65535] = in x
+    v1: i32 [0..30000] = live level
+    out f v1
+  }
+}
+";
+
+/// Values that are set at random times shortly before a tick, which may come at any instruction.
+#[test]
+fn a_value_is_set_on_both_cores_in_one_tick() {
+    let kernel = parse(SET).unwrap_or_else(|error| panic!("{error:?}"));
+    let mut rig = Rig::with(&[&kernel], 0, &setup());
+    let function = rig.symbol("whippen_set");
+    // Force comes up.
+    rig.play(vec![20_000; 500 * KEYS]);
+    let mut rng = Rng::new(31);
+    let (mut played, mut late) = (vec![0], 0);
+    for value in 1..400 {
+        let tick = rig.converter().ticks();
+        let before = 20 + rng.next() % 100;
+        let until = rig.converter().cycle_of(tick) - before;
+        assert!(matches!(rig.machine.run(until), Stop::Limit));
+        // Between ticks core 0 sleeps: it wakes for this, and goes on as if it had not.
+        let asleep = rig.machine.cpu(0).clone();
+        assert_eq!(asleep.exception(), 0);
+        let stop = rig.machine.call(function, [0, value, 0, 0], 100_000);
+        assert!(
+            matches!(stop, Stop::Returned { result: [0, _], .. }),
+            "{stop:?}"
+        );
+        *rig.machine.cpu_mut(0) = asleep;
+        late += usize::from(rig.converter().ticks() > tick);
+        let drives = rig.run(5);
+        for row in drives.chunks(KEYS) {
+            assert!(row.iter().all(|word| *word == row[0]), "{value}: {row:?}");
+            played.push(row[0]);
+        }
+    }
+    assert!(late > 50, "{late} were interrupted");
+    played.dedup();
+    assert_eq!(played, (0..400).collect::<Vec<i16>>());
+}
+
+/// A value that comes while the one before waits is refused, and the mailbox asks again.
+#[test]
+fn values_are_set_one_after_the_other() {
+    let kernel = parse(SET).unwrap_or_else(|error| panic!("{error:?}"));
+    let mut rig = Rig::with(&[&kernel], 0, &setup());
+    rig.play(vec![20_000; 500 * KEYS]);
+    // As if core 1 had another one to come, for a word that nobody reads.
+    let core1 = rig.symbol("core1");
+    let later = 2 * (rig.block(0, core_block::TICK) + 100) + 1;
+    rig.set(core1 + core_block::WHERE, core1 + core_block::VALUE);
+    rig.set(core1 + core_block::LATCH, later);
+    let mailbox = rig.symbol("mailbox");
+    rig.set(mailbox + 8, 7);
+    rig.set(mailbox, 1);
+    rig.play(vec![20_000; 90 * KEYS]);
+    assert_eq!(rig.word(mailbox + 12), 0, "not yet");
+    rig.play(vec![20_000; 20 * KEYS]);
+    assert_eq!([rig.word(mailbox + 12), rig.word(mailbox + 16)], [1, 0]);
+    assert_eq!(
+        [0, 1].map(|core| rig.block(core, core_block::LATCH)),
+        [0; 2]
+    );
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //!
 //! Who may be where follows from the sections of the image: each core fetches from its own code and
 //! accesses its own data. What a core looks up in the other's memory between ticks comes as a
-//! number (`Running::visits`).
+//! number (`FirmwareImage::visits`).
 
 use super::memory::{Extent, Interference, Lies, Others, Reach};
 use super::program::Program;
@@ -58,7 +58,7 @@ pub fn cores(
     let found = parallel::map(image.cores().collect(), |id: CoreId| {
         let of_program = image.programs.iter().map(|program| program.core(id));
         let programs: Vec<&CoreCode> = of_program.collect();
-        let contended = around(image, program, board, id.index(), &programs);
+        let contended = around(image, program, board, id.index());
         let alone = Interference::new(
             board,
             &program.sections,
@@ -66,7 +66,7 @@ pub fn cores(
             Others::default(),
         );
         let helper = image.cut().is_some_and(Cut::has_helper).then(|| {
-            let contended = around(image, program, board, 1, &programs);
+            let contended = around(image, program, board, 1);
             let alone = Interference::new(
                 board,
                 &program.sections,
@@ -97,13 +97,12 @@ pub fn cores(
     found.into_iter().collect()
 }
 
-/// Who else is at the banks that a core uses, which has this code of each program.
+/// Who else is at the banks that a core uses.
 fn around<'a>(
     whole: &FirmwareImage,
     program: &'a Program,
     board: &'a Board,
     core: usize,
-    programs: &[&CoreCode],
 ) -> Interference<'a> {
     let image = &whole.image;
     let cores = whole.keys_of_cores.len();
@@ -117,7 +116,7 @@ fn around<'a>(
             code_banks(image, board, other),
             data_banks(image, program, board, other),
         ];
-        others.remote_accesses = RUNNING[core].visits + more_visits(core, programs);
+        others.remote_accesses = whole.visits(CoreId(core as u32));
     }
     let cut = whole.cut().filter(|cut| cut.has_helper());
     if let Some(cut) = cut {
@@ -142,17 +141,6 @@ fn around<'a>(
         stack: stack_memory(program, board, core).map_or(Reach::default(), |(_, reach)| reach),
     };
     Interference::new(board, &program.sections, lies, others)
-}
-
-/// What core 1 looks up besides in the memory of core 0 where that has several zones: head and tail
-/// of each further ring, in two rounds.
-fn more_visits(core: usize, programs: &[&CoreCode]) -> u32 {
-    let zones = programs.iter().map(|code| code.zones.len() as u32);
-    if core == 0 {
-        4 * (zones.max().unwrap_or(1) - 1)
-    } else {
-        0
-    }
 }
 
 /// Where a core's data lie.

@@ -260,6 +260,12 @@ const PORTS: Source<'static> = Source {
     text: include_str!("ports.s"),
 };
 
+/// Live values that two cores have in one tick.
+const LATCH: Source<'static> = Source {
+    name: "firmware/latch.s",
+    text: include_str!("latch.s"),
+};
+
 /// What frames of all cores have.
 const ALARM: Source<'static> = Source {
     name: "firmware/alarm.s",
@@ -270,6 +276,7 @@ const ALARM: Source<'static> = Source {
 const FRAME: &[Source<'static>] = &[
     EXCEPTIONS,
     TICK,
+    LATCH,
     ALARM,
     Source {
         name: "firmware/service.s",
@@ -303,8 +310,8 @@ pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards) -> Vec<Source<'a>> 
     let own = match (guards, board.board.arch) {
         (Guards::Keys, Arch::V6M) => SMALL_FRAME,
         (Guards::Keys, _) => FRAME,
-        (Guards::Ports, Arch::V6M) => &[EXCEPTIONS, SMALL_TICK, ALARM, PORTS],
-        (Guards::Ports, _) => &[EXCEPTIONS, TICK, ALARM, PORTS],
+        (Guards::Ports, Arch::V6M) => &[EXCEPTIONS, SMALL_TICK, LATCH, ALARM, PORTS],
+        (Guards::Ports, _) => &[EXCEPTIONS, TICK, LATCH, ALARM, PORTS],
     };
     own.iter().copied().chain([board.tick]).collect()
 }
@@ -313,6 +320,7 @@ pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards) -> Vec<Source<'a>> 
 const SMALL_FRAME: &[Source<'static>] = &[
     EXCEPTIONS,
     SMALL_TICK,
+    LATCH,
     ALARM,
     Source {
         name: "firmware/v6m/service.s",

@@ -120,6 +120,13 @@ pub fn is_split(programs: &[ProgramCode]) -> bool {
     cores.any(CoreCode::is_split)
 }
 
+/// Whether live values that are set wait for a tick that all cores have.
+pub(super) fn is_latched(programs: &[ProgramCode]) -> bool {
+    let is_shared = |program: &ProgramCode| program.cores.len() > 1;
+    let mut zones = programs.iter().flat_map(ProgramCode::zones);
+    programs.iter().any(is_shared) && zones.any(|zone| zone.layout().live_param(0).is_some())
+}
+
 /// Compiles the keys of all programs on all cores.
 pub(super) fn compile_keys(
     layout: &Layout,

@@ -6,7 +6,7 @@ use whippen_arm::thumb::Built;
 use whippen_isa::Arch;
 use whippen_isa::imm::thumb_shrink_imm;
 
-use super::code::{CoreCode, ProgramCode, is_split};
+use super::code::{CoreCode, ProgramCode, is_latched, is_split};
 use super::image::has_helper;
 use super::offsets::assembly_constants;
 use super::ports::Guards;
@@ -88,6 +88,7 @@ pub fn constants(
     put("RECORD", record.into());
     put("GAIN", GAIN.into());
     put("ZONES", is_split(programs).into());
+    put("LATCH", is_latched(programs).into());
     put("FIRST_NOTE", setup.first_note.into());
     let turns = match setup.guards() {
         Guards::Keys => TURNS,
@@ -109,8 +110,9 @@ pub fn constants(
         put("HEAT_MAX", heat.max);
         put("CEILING_HOT", rounded(2 * motor.rated).into());
         put("MOVED", rounded(motor.newton).into());
-        put("AGE_RAIL", ticks(RAIL_MS).min(0xffff));
-        put("AGE_FROZEN", ticks(FROZEN_MS).min(0xffff));
+        // Twice as much is a word of the texts.
+        put("AGE_RAIL", ticks(RAIL_MS).clamp(1, 0x7fff));
+        put("AGE_FROZEN", ticks(FROZEN_MS).clamp(1, 0x7fff));
         let [low, high] = setup.ports[0].mid_travel;
         put("MID_LOW", low.into());
         put("MID_HIGH", high.into());

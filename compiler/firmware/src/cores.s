@@ -27,6 +27,9 @@ core0:  .word   core0_tick, core0_state
         .word   0, 0, 0, 0, -1, 0       @ tick, alarm, missed, faults, the key that is faulty, turn
         .word   0, 0, RAMP              @ its first key, this tick's row, ticks of ramps that are left
         .word   program0_core0, program0_core0, 0 @ the program that plays, the one that is wanted, keys that have begun
+        .if     LATCH
+        .word   0, 0, 0                 @ a live value that is set: its tick, its word, it
+        .endif
 alarm:  .word   0                       @ goes up with every missed tick of either core
 
         .if     CORES > 1
@@ -43,6 +46,9 @@ core1:  .word   core1_tick, core1_state
         .word   0, 0, 0, 0, -1, 0
         .word   KEYS0, 0, RAMP
         .word   program0_core1, program0_core1, 0
+        .if     LATCH
+        .word   0, 0, 0
+        .endif
         .endif
 
         .section .bss.near.core0.words, "aw", %nobits

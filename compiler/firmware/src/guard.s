@@ -34,14 +34,14 @@ sensor: ldrh    r2, [r8, #G_WORD]
         cmp     r0, r2
         bne     moves
         ldrsh   r2, [r8, #G_DRIVE]
-        sub     r7, r7, r3, lsr #1
+        rsb     r7, r3, r7, lsl #1      @ twice its age in ticks; less 1 where the drive has moved
         subs    r1, r1, r2
         it      mi
         rsbmi   r1, r1, #0
         cmp     r1, #MOVED
         it      hi
         orrhi   r3, r3, #1
-        movw    r1, #AGE_RAIL
+        movw    r1, #2 * AGE_RAIL - 1
         str     r3, [r8, #G_SINCE]
         cmp     r7, r1
         bhs     stuck
@@ -78,7 +78,7 @@ stuck:  movs    r2, #FAULT_RAIL
         movw    r1, #65535
         cmp     r0, r1
         beq     free
-        movw    r1, #AGE_FROZEN
+        movw    r1, #2 * AGE_FROZEN - 1
         cmp     r7, r1
         blo     leave
         lsls    r3, r3, #31

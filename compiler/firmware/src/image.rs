@@ -16,11 +16,11 @@ use whippen_modes::Modes;
 
 use std::fmt;
 
-use super::code::{ProgramCode, compile_keys};
+use super::code::{ProgramCode, compile_keys, is_latched};
 use super::near::{check_stack, place_near};
 use super::parts::{Cut, InParts};
 use super::ports::Guards;
-use super::{FirmwareError, Midi, Setup, Unsupported, objects, support};
+use super::{FirmwareError, Midi, RUNNING, Setup, Unsupported, objects, support};
 
 /// An image that starts by itself, and where the states of its keys have what.
 #[derive(Debug, Clone)]
@@ -43,6 +43,23 @@ impl FirmwareImage {
     pub fn cut(&self) -> Option<&Cut> {
         let mut cores = self.programs.iter().flat_map(|program| &program.cores);
         cores.find_map(|core| core.cut.as_ref())
+    }
+
+    /// What the other core reads and writes between two ticks of a core in memory that is otherwise
+    /// this core's (words).
+    pub fn visits(&self, core: CoreId) -> u32 {
+        let own = RUNNING[core.index()].visits;
+        match core {
+            // Head and tail of the ring of each further zone, in two rounds.
+            CoreId(0) => {
+                let zones = (self.programs.iter()).map(|program| program.core(core).zones.len());
+                own + 4 * (zones.max().unwrap_or(1) as u32 - 1)
+            }
+            // Whether a live value waits, then its word and itself, in two rounds; its tick. Such
+            // a round looks for no program, and that is two words less.
+            _ if is_latched(&self.programs) => own + 2 + 1,
+            _ => own,
+        }
     }
 
     /// Its cores.

@@ -25,14 +25,19 @@ mailbox_step:
         ldr     r0, [r4, #4]
         ldr     r1, [r4, #8]
         bl      whippen_set
+        .if     LATCH
+        cmp     r0, #3
+        beq     9f                      @ at another turn
+        .endif
         str     r0, [r4, #16]
         dmb     sy
         ldr     r2, [r4]
         str     r2, [r4, #12]
 9:      pop     {r4, pc}
 
-@ int whippen_set(uint32_t parameter, int32_t value): 0, or 1 for no such parameter, 2 for a value out of its range.
-@ A parameter is one word of each core's state, so a tick finds the old value or the new one.
+@ int whippen_set(uint32_t parameter, int32_t value): 0, or 1 for no such parameter, 2 for a value out of its range, 3 while the
+@ value that was set before has not taken effect. A parameter is one word of each core's state. A single core has it between two
+@ ticks; two of them in one tick (latch.s).
         .global whippen_set
         .type   whippen_set, %function
 whippen_set:
@@ -50,16 +55,49 @@ whippen_set:
         blt     7f
         cmp     r1, r3
         bgt     7f
+        .if     LATCH
+        ldr     r0, =core0
+        ldr     r3, [r0, #C_LATCH]
+        cmp     r3, #0
+        bne     6f
+        ldr     r3, [r2, #4]            @ its word
+        cmp     r3, #0
+        bne     2f
+        movs    r3, #C_VALUE            @ none on this core
+        adds    r3, r3, r0
+2:      str     r3, [r0, #C_WHERE]
+        str     r1, [r0, #C_VALUE]
+        ldr     r0, =core1
+        ldr     r3, [r0, #C_LATCH]
+        cmp     r3, #0
+        bne     6f
+        ldr     r3, [r2, #8]
+        cmp     r3, #0
+        bne     3f
+        movs    r3, #C_VALUE
+        adds    r3, r3, r0
+3:      str     r3, [r0, #C_WHERE]
+        str     r1, [r0, #C_VALUE]
+        dmb     sy
+        ldr     r0, =core0
+        movs    r3, #2
+        str     r3, [r0, #C_LATCH]
+        .else
         ldr     r0, [r2, #4]            @ its words
         ldr     r3, [r2, #8]
         str     r1, [r0]
         str     r1, [r3]
+        .endif
         movs    r0, #0
         pop     {r3, pc}
+        .if     LATCH
+6:      movs    r0, #3
+        pop     {r3, pc}
+        .endif
 7:      movs    r0, #2
 9:      pop     {r3, pc}
 
-@ int32_t whippen_get(uint32_t parameter): its value; 0 where there is none.
+@ int32_t whippen_get(uint32_t parameter): its value that plays; 0 where there is none.
         .global whippen_get
         .type   whippen_get, %function
 whippen_get:
@@ -68,6 +106,12 @@ whippen_get:
         movs    r0, #0
         bhs     9f
         ldr     r0, [r2, #4]
+        .if     LATCH
+        cmp     r0, #0
+        bne     1f
+        ldr     r0, [r2, #8]            @ core 0 has none
+1:
+        .endif
         ldr     r0, [r0]
 9:      pop     {r3, pc}
 

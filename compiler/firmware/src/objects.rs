@@ -99,6 +99,7 @@ pub fn frame_constants(setup: &Setup, board: &Support, core: usize) -> BTreeMap<
         ("WORDS", words),
         ("DISTANCE", drive_offset_bytes(words)),
         ("STACK", board.board.stacks[core]),
+        ("CORE", core as u32),
     ];
     all.into_iter()
         .map(|(name, value)| (name.to_string(), value.into()))

@@ -41,6 +41,9 @@ offsets! {
         PROGRAM = 64, "The descriptor of the program that plays.";
         WANTED = 68, "The descriptor of the program that is to play.";
         BEGUN = 72, "How many keys of it have begun.";
+        LATCH = 76, "The tick of a live value that is set.";
+        WHERE = 80, "Its word on this core.";
+        VALUE = 84, "The value.";
     }
     /// Offsets in a key's guard (bytes).
     key_guard, "G_" {

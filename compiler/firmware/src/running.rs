@@ -19,9 +19,9 @@ pub struct Running {
     /// this core's (words). Core 1 at core 0's: the program that plays and its reader, the first
     /// key, head and tail of the ring, two words of an event, the tail anew, so eight a round, two
     /// rounds (the second one finds WFE without an event); the alarm, twice in each of two ticks.
-    /// Where core 0 has several zones, head and tail of each further ring come to that
-    /// (`budget/cores.rs`). Core 0 at core 1's: the number of its tick, a parameter or two words
-    /// for another program, two rounds.
+    /// Core 0 at core 1's: the number of its tick, two words for another program, two rounds. What
+    /// only some images have comes to that
+    /// ([`FirmwareImage::visits`](super::FirmwareImage::visits)).
     pub visits: u32,
 }
 
@@ -54,6 +54,7 @@ pub const BEGINS: &str = "a program that begins";
 pub const PARTS: &[(&str, &str)] = &[
     ("tick_core0", "which tick, which words"),
     ("tick_core1", "which tick, which words"),
+    ("latch", "a live value that is set"),
     ("missed", "after a missed tick"),
     ("beginning", BEGINS),
     ("chain_to", BEGINS),

@@ -12,7 +12,7 @@ use super::{CORES, Instrument, zone_name};
 /// ```text
 ///   programs            how many, then of each the descriptors for each core
 ///   programN_coreM      a descriptor: the offsets P_.. name its words; with zones the first record is a table (`zones`)
-///   lives               how many of all programs, then words on core 0 and core 1 (or the only core, twice), lowest and highest value of each
+///   lives               how many of all programs, then words on core 0 and core 1 (0 for none; or on the only core, twice), lowest and highest value of each
 ///   readerN_coreM       what their reader knows: the offsets R_.. name its words
 ///   velocitiesN         128 bytes
 /// ```
@@ -74,7 +74,7 @@ pub(super) fn assembly(programs: &[ProgramCode], instruments: &[Instrument]) -> 
 }
 
 /// The words of all live parameters, program by program and zone by zone: where they are on core 0
-/// and core 1, their lowest and highest values.
+/// and core 1, or on the only core, their lowest and highest values.
 fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<String> {
     let mut all = Vec::new();
     for program in programs {
@@ -83,8 +83,10 @@ fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<
                 .zones()
                 .filter(|code| code.of.zone == zone)
                 .collect();
-            let (Some(first), Some(last)) = (own.first(), own.last()) else {
-                continue;
+            let on = |core: u32| own.iter().find(|code| code.of.core == CoreId(core));
+            let words = match program.cores.len() {
+                1 => [on(0); 2],
+                _ => [on(0), on(1)],
             };
             let kernel = &instruments[of.instrument.index()].modes.kernel;
             for (index, live) in kernel.lives.iter().enumerate() {
@@ -96,11 +98,11 @@ fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<
                     let offset = code.layout().live_param(index).unwrap_or(0);
                     format!("{}_state + {offset}", code.name)
                 };
+                let [first, second] =
+                    words.map(|code| code.map_or("0".to_string(), |code| at(code)));
                 let [low, high] = [live.range.low, live.range.high];
                 all.push(format!(
-                    "        .word   {}, {}\n        .word   {low}, {high}         @ {}",
-                    at(first),
-                    at(last),
+                    "        .word   {first}, {second}\n        .word   {low}, {high}         @ {}",
                     live.name
                 ));
             }

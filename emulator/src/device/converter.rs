@@ -49,6 +49,8 @@ pub struct Converter {
     pub recording: bool,
     /// Drive words so far: KEYS per tick, from the second tick on. Take them whenever you like.
     pub drives: Vec<i16>,
+    /// What the register TICKS shows more than there were: even. A board that has played for days.
+    pub ticks_before: u32,
     clock_hz: u64,
     interrupt: usize,
     control: u32,
@@ -75,6 +77,7 @@ impl Converter {
             samples: VecDeque::new(),
             recording: false,
             drives: Vec::new(),
+            ticks_before: 0,
             clock_hz: u64::from(clock_hz),
             interrupt,
             control: 1 << 8,
@@ -240,7 +243,7 @@ impl Device for Converter {
             0x10 => self.buffers[0].drive,
             0x14 => self.buffers[0].half,
             0x18 => self.rate_hz,
-            0x1c => self.ticks,
+            0x1c => self.ticks.wrapping_add(self.ticks_before),
             0x20 => self.overruns,
             0x24 => self.split,
             0x28 => self.buffers[1].sense,

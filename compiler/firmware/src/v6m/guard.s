@@ -38,15 +38,15 @@ sensor: ldrh    r2, [r5, #G_WORD]
         subs    r1, r1, r2
         bpl     1f
         rsbs    r1, r1, #0
-1:      lsrs    r2, r3, #1
-        subs    r7, r7, r2
+1:      lsls    r7, r7, #1
+        subs    r7, r7, r3              @ twice its age in ticks; less 1 where the drive has moved
         ldr     r2, =MOVED
         cmp     r1, r2
         bls     1f
         movs    r2, #1
         orrs    r3, r2
 1:      str     r3, [r5, #G_SINCE]
-        ldr     r1, =AGE_RAIL
+        ldr     r1, =2 * AGE_RAIL - 1
         cmp     r7, r1
         bhs     stuck
         b       leave
@@ -85,7 +85,7 @@ stuck:  movs    r2, #FAULT_RAIL
         ldr     r1, =65535
         cmp     r0, r1
         beq     free
-        ldr     r1, =AGE_FROZEN
+        ldr     r1, =2 * AGE_FROZEN - 1
         cmp     r7, r1
         blo     leave
         lsls    r3, r3, #31

@@ -10,6 +10,12 @@ tick:   push    {r4-r7, lr}
         push    {r6, r7}
         bl      board_begin             @ R0: number of this tick, R1: which half of the buffers
         ldr     r4, =block
+        .if     LATCH
+        ldr     r2, [r4, #C_LATCH]
+        cmp     r2, #0
+        bne     latch
+latched:
+        .endif
         ldr     r5, =alarm
         ldr     r2, [r4, #C_TICK]
         ldr     r3, [r4, #C_ALARM]
