@@ -10,7 +10,7 @@ use crate::classes::Classes;
 pub const MEMBER_CYCLES_MIN: u64 = 200;
 
 /// The most expensive classes that do not depend on each other, if there are two.
-pub fn dearest(classes: &Classes) -> Vec<usize> {
+pub fn most_expensive(classes: &Classes) -> Vec<usize> {
     let all = &classes.classes;
     let mut dear: Vec<usize> = (0..all.len())
         .filter(|class| all[*class].cycles >= MEMBER_CYCLES_MIN)
@@ -48,16 +48,16 @@ pub fn roles(classes: &Classes, members: &[usize]) -> Vec<Role> {
     let leads = |from: usize, to: usize| all[from].leads_to.contains(&to);
     let mut roles: Vec<Role> = Vec::new();
     // Classes are numbered so that ways lead to higher numbers.
-    for class in 0..all.len() {
+    for (class, own) in all.iter().enumerate() {
         let numbered = (0..).zip(members);
         let to: Vec<u32> = numbered
             .filter(|(_, member)| leads(class, **member))
             .map(|(number, _)| number)
             .collect();
         let role = match to[..] {
-            [only] if !all[class].senses => Role::Member(only),
+            [only] if !own.senses => Role::Member(only),
             [_, ..] => Role::Head,
-            [] if all[class].leaves || all[class].senses => Role::Tail,
+            [] if own.leaves || own.senses => Role::Tail,
             [] => behind(
                 (0..class)
                     .filter(|from| leads(*from, class))

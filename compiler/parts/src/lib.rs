@@ -14,11 +14,11 @@
 //! | tail | everything else: what several members lead to, drive words, events |
 //!
 //! Nothing goes by names. Instructions that touch the same memory stay together, and so does what
-//! lies on a way from memory back to itself ([`nodes`], [`classes`]). Of these classes the most
-//! expensive that do not depend on each other are members ([`choose`]). So members may run in any
+//! lies on a way from memory back to itself (`nodes`, `classes`). Of these classes the most
+//! expensive that do not depend on each other are members (`choose`). So members may run in any
 //! order and at the same time.
 //!
-//! Each part is a Kernel of its own ([`cut`]): it is verified, specialised, compiled and bounded as
+//! Each part is a Kernel of its own (`cut`): it is verified, specialised, compiled and bounded as
 //! any other. A wire is a word of a cell of the part that makes it and a live value of each part that
 //! takes it; whoever runs the parts copies them in between. Every live value of the whole is read by one
 //! part alone, so no two parts can see different ones in a tick.
@@ -115,7 +115,7 @@ pub struct Parts {
 /// A Kernel in parts, if at least two members are worth it: each of [`MEMBER_CYCLES_MIN`] cycles or
 /// more, as the target's table estimates them. It has no probes.
 pub fn split(kernel: &Kernel) -> Option<Parts> {
-    split_by(kernel, |classes| choose::dearest(classes))
+    split_by(kernel, choose::most_expensive)
 }
 
 /// As [`split`], with members that lie around these instructions of the tick (by their places), as

@@ -1,3 +1,5 @@
+//! Parts of random kernels against the whole, by the interpreter.
+
 use super::*;
 use whippen_kernel::random::{self, Rng};
 use whippen_kernel::{Interp, verify, without_probes};
