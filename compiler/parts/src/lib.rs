@@ -19,9 +19,9 @@
 //! order and at the same time.
 //!
 //! Each part is a Kernel of its own (`cut`): it is verified, specialised, compiled and bounded as
-//! any other. A wire is a word of a cell of the part that makes it and a live value of each part that
-//! takes it; whoever runs the parts copies them in between. Every live value of the whole is read by one
-//! part alone, so no two parts can see different ones in a tick.
+//! any other. A wire is a word of a cell of the part that makes it and a live value of each part
+//! that takes it; whoever runs the parts copies them in between. Every live value of the whole is
+//! read by one part alone, so no two parts can see different ones in a tick.
 //!
 //! [`Running`] runs parts by the interpreter, and is what tests compare with the whole.
 //!
