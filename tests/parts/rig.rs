@@ -151,6 +151,12 @@ impl<'a> Rig<'a> {
         rows.map(|row| self.tick(row)).collect()
     }
 
+    /// The cycle of the core that is ahead: core 0 sleeps at times.
+    fn cycle(&self) -> u64 {
+        let cycles = (0..self.machine.cores()).map(|core| self.machine.cycle(core));
+        cycles.max().unwrap_or(0)
+    }
+
     /// One tick, and most of what is left until the next one.
     fn tick(&mut self, row: Vec<u16>) -> Vec<i16> {
         let words = self.image.words;
@@ -164,9 +170,9 @@ impl<'a> Rig<'a> {
             if self.converter().ticks() != tick {
                 break;
             }
-            self.machine.run(self.machine.cycle(0) + period / 16);
+            self.machine.run(self.cycle() + period / 16);
         }
-        self.machine.run(self.machine.cycle(0) + 7 * period / 8);
+        self.machine.run(self.cycle() + 7 * period / 8);
         let row = self.block(core_block::ROW);
         if row == 0 {
             return vec![0; words];
