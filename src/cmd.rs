@@ -5,12 +5,14 @@ mod build;
 mod check;
 mod command;
 mod completions;
+mod count;
 mod dump;
 mod emulate;
 mod errors;
 mod experiment;
 mod explain;
 mod file_plan;
+mod fit;
 mod fmt;
 mod hand;
 mod json;
@@ -25,6 +27,7 @@ mod numbers;
 mod on_board;
 mod opened;
 mod option;
+mod point;
 mod progress;
 mod proof;
 mod run;
@@ -66,6 +69,8 @@ enum Command {
     Measure(Box<measure::Args>),
     /// Measure numbers over a grid of parameters, or over Sobol points
     Sweep(Box<sweep::Args>),
+    /// Find values of parameters that fit recordings, and say how well they are known
+    Fit(Box<fit::Args>),
     /// Compile an instrument for a microcontroller: files to link, and their bindings
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
@@ -96,6 +101,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Measure(args)) => measure::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
+        Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),

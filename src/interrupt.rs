@@ -4,11 +4,15 @@
 //! Ctrl-C. Whoever has something to end in order first takes the first signal ([`take_first`]).
 //! Where the caller has the signals ignored (`nohup`) they stay ignored.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use whippen_runtime::files::abandon_unfinished;
 
 use crate::exit::INTERRUPTED;
+
+/// Whether the first signal has come, where it stops work in order.
+static STOPPED: AtomicBool = AtomicBool::new(false);
 
 /// What the first signal does instead of ending the command.
 type Job = Box<dyn FnOnce() + Send>;
@@ -27,6 +31,13 @@ pub fn listen() {
 /// The first signal does this; the next one ends the command at once.
 pub fn take_first(job: impl FnOnce() + Send + 'static) {
     replace_first(Some(Box::new(job)));
+}
+
+/// The first signal turns this on, for work that then ends with what it has done; the next one ends
+/// the command at once.
+pub fn stops() -> &'static AtomicBool {
+    take_first(|| STOPPED.store(true, Ordering::Relaxed));
+    &STOPPED
 }
 
 fn replace_first(job: Option<Job>) -> Option<Job> {

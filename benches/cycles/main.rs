@@ -2,7 +2,7 @@
 //! grand written by hand.
 //!
 //! ```text
-//! cargo bench --bench cycles [-- INSTRUMENT]
+//! cargo bench --bench cycles [-- INSTRUMENT|FILE.whip]
 //! ```
 //!
 //! All keys play the same words at the same moment, so a frame is so many times what one key costs
@@ -45,17 +45,20 @@ fn main() -> Result<(), Failure> {
     let words = play::words(&Device::mikey());
     println!("| instrument | code | compiler | cycles per key, worst-case frame | mean |");
     println!("| --- | --- | --- | --- | --- |");
-    for (file, _) in whippen_compiler::bundled::INSTRUMENTS {
+    if let Some(file) = args.first().filter(|file| file.ends_with(".whip")) {
+        return instrument(file, file, &std::fs::read_to_string(file)?, &words);
+    }
+    for (file, text) in whippen_compiler::bundled::INSTRUMENTS {
         let name = file.trim_end_matches(".whip");
         if args.first().is_none_or(|wanted| wanted == name) {
-            instrument(name, file, &words)?;
+            instrument(name, file, text, &words)?;
         }
     }
     Ok(())
 }
 
-fn instrument(name: &str, file: &str, words: &[u16]) -> Result<(), Failure> {
-    let Some(kernel) = kernel(file)? else {
+fn instrument(name: &str, file: &str, text: &str, words: &[u16]) -> Result<(), Failure> {
+    let Some(kernel) = kernel(file, text)? else {
         return Ok(());
     };
     let verified = verify(&kernel).map_err(|e| format!("{e:?}"))?;
@@ -101,13 +104,9 @@ fn instrument(name: &str, file: &str, words: &[u16]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The kernel of a bundled instrument for the bundled key; none if its device is another.
-fn kernel(file: &str) -> Result<Option<Kernel>, Failure> {
+/// The kernel of an instrument for the bundled key; none if its device is another.
+fn kernel(file: &str, text: &str) -> Result<Option<Kernel>, Failure> {
     let mut map = SourceMap::default();
-    let text = whippen_compiler::bundled::INSTRUMENTS
-        .iter()
-        .find(|(name, _)| *name == file)
-        .map_or("", |(_, text)| text);
     map.add(file, text);
     let (program, _) = compile_front(&mut map, &Default::default());
     let Some(model) = program.and_then(|mut program| program.instruments.pop()) else {

@@ -17,11 +17,12 @@ pub struct WorstMode<'a> {
     pub bound: &'a Bound,
 }
 
-/// What is to be said when a budget does not fit: nothing if it does. `instrument` is its name and
-/// where it is declared; so many keys are proven to fit, where that was found out.
+/// What is to be said when a budget does not fit: nothing if it does. `instrument` is its name,
+/// where it is declared, and whether it is no instrument of a key; so many keys are proven to fit,
+/// where that was found out.
 pub fn deadline_diagnostic(
     map: &SourceMap,
-    instrument: (&str, Span),
+    instrument: (&str, Span, bool),
     budget: &Budget,
     program: &Program,
     worst: WorstMode,
@@ -33,9 +34,15 @@ pub fn deadline_diagnostic(
         budget.period_cycles,
         -core.slack_cycles,
     );
+    let (name, declared, is_once) = instrument;
+    let takes = match (is_once, core.keys) {
+        (true, _) => "it takes".to_string(),
+        (false, 1) => "1 key of a core takes".to_string(),
+        (false, keys) => format!("{keys} keys of a core take"),
+    };
     let message = format!(
-        "`{}` misses its deadline by {late} cycles: {} keys of a core take up to {} cycles, and a tick has {period}",
-        instrument.0, core.keys, core.cycles_max
+        "`{}` misses its deadline by {late} cycles: {takes} up to {} cycles, and a tick has {period}",
+        name, core.cycles_max
     );
     let mut lines: Vec<(Span, u64, &str)> = program
         .by_place(&worst.bound.path)
@@ -43,7 +50,8 @@ pub fn deadline_diagnostic(
         .filter_map(|(place, cycles)| Some((line(map, place?)?, cycles, place?.item.as_str())))
         .collect();
     lines.sort_by_key(|(_, cycles, _)| std::cmp::Reverse(*cycles));
-    let label = |cycles: u64, item: &str| format!("{cycles} of the {key} cycles of a key: {item}");
+    let of_key = if is_once { "" } else { " of a key" };
+    let label = |cycles: u64, item: &str| format!("{cycles} of the {key} cycles{of_key}: {item}");
     let mut lines = lines.into_iter();
     let diagnostic = match lines.next() {
         Some((span, cycles, item)) => {
@@ -51,9 +59,9 @@ pub fn deadline_diagnostic(
         }
         None => Diagnostic::new(
             Code::DeadlineMissed,
-            instrument.1,
+            declared,
             message,
-            format!("{key} cycles a key"),
+            format!("{key} cycles{of_key}"),
         ),
     };
     let pointed = lines
@@ -62,7 +70,7 @@ pub fn deadline_diagnostic(
             diagnostic.also(span, label(cycles, item))
         });
     Some(
-        hints(budget, program, worst, keys_fitting)
+        hints(budget, program, worst, keys_fitting, is_once)
             .into_iter()
             .fold(pointed, Diagnostic::hint),
     )
@@ -74,10 +82,17 @@ fn hints(
     program: &Program,
     worst: WorstMode,
     keys_fitting: Option<u32>,
+    is_once: bool,
 ) -> Vec<String> {
     let keys: u32 = budget.cores.iter().map(|core| core.keys).sum();
+    let all = match (is_once, keys) {
+        (true, _) => "it fits".to_string(),
+        (false, 1) => "1 key fits".to_string(),
+        (false, keys) => format!("{keys} keys fit"),
+    };
     let mhz = budget.clock_hz_min().div_ceil(1_000_000);
     let fitting = keys_fitting.map_or_else(String::new, |fitting| match fitting {
+        _ if is_once => String::new(),
         0 => "not even one key a core fits; ".to_string(),
         fitting => format!("{fitting} keys fit as it is (--most-keys); "),
     });
@@ -96,16 +111,22 @@ fn hints(
         .collect();
     vec![
         format!(
-            "{fitting}{keys} keys fit at a rate of {} Hz, or with a clock of {mhz} MHz",
+            "{fitting}{all} at a rate of {} Hz, or with a clock of {mhz} MHz",
             budget.rate_hz_max()
         ),
         match budget.key_cycles_allowed() {
+            0 if is_once => format!(
+                "what is around it leaves no cycle for it; it takes up to {contended}{waiting}"
+            ),
+            allowed if is_once => {
+                format!("it fits if it takes at most {allowed} cycles; it is {contended}{waiting}")
+            }
             0 => format!(
                 "what is around {keys} keys leaves no cycle for them; one takes up to {contended}{waiting}"
             ),
-            allowed => format!(
-                "{keys} keys fit if each takes at most {allowed} cycles; it is {contended}{waiting}"
-            ),
+            allowed => {
+                format!("{all} if each takes at most {allowed} cycles; it is {contended}{waiting}")
+            }
         },
         format!(
             "the worst-case mode takes {} ({}): {}",

@@ -29,7 +29,7 @@ use whippen_lower::scales::{PortScales, Scales};
 use whippen_lower::simplify::{self, Step};
 use whippen_lower::{self as lower, Lowered, lost, slow_port};
 use whippen_modes::{self as modes, Modes};
-use whippen_parts::split;
+use whippen_parts::{Parts, split};
 use whippen_source::SourceMap;
 
 pub use crate::partition::BuildError;
@@ -217,7 +217,13 @@ pub fn specialize(
 /// # Errors
 /// A defect.
 pub fn cut(compiled: &Compiled, instructions: usize) -> Result<Option<InParts>, CompileError> {
-    let Some(parts) = split(&without_probes(&compiled.lowered.kernel)) else {
+    let whole = without_probes(&compiled.lowered.kernel);
+    // What is heard is looked for in the tail.
+    let is_heard = |parts: &Parts| {
+        let tail = parts.parts.last();
+        tail.is_some_and(|tail| tail.kernel.channels().len() == whole.channels().len())
+    };
+    let Some(parts) = split(&whole).filter(is_heard) else {
         return Ok(None);
     };
     let of_part = |part: &whippen_parts::Part| {

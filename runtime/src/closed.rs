@@ -181,8 +181,8 @@ pub fn record(
         progress,
     )?;
     Ok(Closed {
+        strokes: body.observer.finish(run.counts.ticks),
         run,
-        strokes: body.observer.finish(ticks),
     })
 }
 

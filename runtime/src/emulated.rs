@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   words --converter--> firmware, keys' code --drive row--> drive words
-//!                                  `--rings--> events          frames, missed ticks, faults --> Load
+//!              samples <--converter--'   `--rings--> events     frames, missed ticks, faults --> Load
 //! ```
 //!
 //! A board starts: its cores begin one after the other and force comes up over 20 ms. The engine
@@ -17,6 +17,7 @@
 mod events;
 mod load;
 mod memory;
+mod sound;
 mod start;
 
 use whippen_compiler::board::Board;
@@ -78,6 +79,10 @@ pub struct Emulated {
     /// Bytes of events taken, by core and zone.
     taken: Vec<Vec<u32>>,
     load: Load,
+    /// Samples to come that are of ticks before the first.
+    samples_before: usize,
+    /// The words of the last tick.
+    last_words: Vec<u16>,
     trouble: Option<String>,
 }
 
@@ -175,6 +180,8 @@ impl Emulated {
             frames: Frames::default(),
             taken,
             load,
+            samples_before: 0,
+            last_words: Vec::new(),
             trouble: None,
         })
     }
@@ -227,16 +234,22 @@ impl Emulated {
     }
 
     fn run_tick(&mut self, words: &[u16], drive: &mut [i16]) -> Result<(), String> {
-        self.give(words)?;
-        let tick = self.ticks()? + 1;
-        let in_time = self.until_served(tick)?;
         self.load.ticks += 1;
-        if !in_time || self.ticks()? != tick || self.missed()? > 0 {
-            return Err(self.late());
-        }
+        self.serve(words)?;
         let outs = self.words_of_key[1];
         for (at, word) in drive.iter_mut().enumerate() {
             *word = self.drive_word(at / outs, at % outs)?;
+        }
+        Ok(())
+    }
+
+    /// A tick on the board.
+    fn serve(&mut self, words: &[u16]) -> Result<(), String> {
+        self.give(words)?;
+        let tick = self.ticks()? + 1;
+        let in_time = self.until_served(tick)?;
+        if !in_time || self.ticks()? != tick || self.missed()? > 0 {
+            return Err(self.late());
         }
         Ok(())
     }
@@ -276,6 +289,8 @@ impl Emulated {
             row.extend(words.chain(std::iter::repeat(0)).take(each_way));
         }
         self.converter()?.samples.extend(row);
+        self.last_words.clear();
+        self.last_words.extend(words);
         Ok(())
     }
 

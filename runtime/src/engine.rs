@@ -163,6 +163,17 @@ impl<'c> Engine<'c> {
         !matches!(self, Engine::Emulated(..))
     }
 
+    /// From now on a board keeps what it lets hear.
+    ///
+    /// # Errors
+    /// It has no converter.
+    pub fn listen(&mut self) -> Result<(), String> {
+        match self {
+            Engine::Emulated(_, board) => board.listen(),
+            _ => Ok(()),
+        }
+    }
+
     /// The board, on [`EngineKind::Emulated`].
     pub fn board(&self) -> Option<&Emulated> {
         match self {

@@ -19,7 +19,7 @@ mod lowpass;
 mod pchip;
 mod raw;
 mod resample;
-mod table;
+pub(crate) mod table;
 mod titled;
 mod uniform;
 
@@ -38,6 +38,7 @@ use resample::resampled_len;
 use crate::trajectory::Trajectory;
 pub use titled::WantedPort;
 use uniform::Uniform;
+use whippen_compiler::units::Unit;
 
 /// The most ticks a motion may last: about seven hours at 44.1 kHz.
 const TICKS_MAX: usize = 1 << 30;
@@ -212,6 +213,29 @@ fn smoothed(samples: &[f64], rate_hz: f64, corner_hz: f64) -> Result<Vec<f64>, S
             "at {rate_hz} rows a second a low-pass must lie below {limit_hz} Hz, \
              and {corner_hz} Hz does not"
         )
+    })
+}
+
+/// Columns of a table on an even grid.
+pub(crate) struct TableColumns {
+    /// Rows a second of the grid.
+    pub rate_hz: f64,
+    /// The values of each column (SI).
+    pub values: Vec<Vec<f64>>,
+}
+
+/// Reads the columns of a table that are found by their titles: number and unit of each.
+///
+/// # Errors
+/// As [`load`]; what `find` says.
+pub(crate) fn load_columns(
+    path: &Path,
+    find: impl FnOnce(&[String]) -> Result<Vec<(usize, Unit)>, String>,
+) -> Result<TableColumns, FileError> {
+    let table = titled::read_columns(path, find, ROWS_MAX)?;
+    Ok(TableColumns {
+        rate_hz: table.grids.first().map_or(0.0, |grid| grid.rate_hz),
+        values: table.grids.into_iter().map(|grid| grid.samples).collect(),
     })
 }
 

@@ -7,6 +7,7 @@
 //!   sound           level by frequency   |
 //!   states          [touching][flying]  /
 //!   ---------------- time (s) ---------
+//!   string          displacement by place and time, in the window in which it moves most
 //!   force over travel: press, return       its own axes
 //! ```
 //!
@@ -31,6 +32,7 @@ mod png;
 mod spectrum;
 mod svg;
 mod time;
+mod vibration;
 
 #[cfg(test)]
 mod tests;
@@ -42,6 +44,7 @@ use crate::record::Record;
 use crate::spectrogram::Spectrogram;
 use crate::titles::split_title;
 use crate::trace::{Column, EventRow, Trace};
+use crate::vibration::Vibration;
 pub use heat::HeatMap;
 pub use map::{Curve, Map};
 
@@ -104,6 +107,8 @@ pub struct Figure<'a> {
     pub coordinates: Vec<Series<'a>>,
     /// What the sound is made of.
     pub spectrograms: Vec<&'a Spectrogram>,
+    /// How strings vibrate.
+    pub vibrations: Vec<&'a Vibration>,
     /// State machines.
     pub machines: Vec<Machine<'a>>,
     /// What the marks are, for the legend: `note (m/s)`.
@@ -169,6 +174,7 @@ impl<'a> Figure<'a> {
             total: series(&roles.total),
             coordinates: roles.coordinates.iter().filter_map(series).collect(),
             spectrograms: trace.spectrograms.iter().collect(),
+            vibrations: trace.vibrations.iter().collect(),
             machines: (roles.machines.iter().filter_map(column))
                 .map(machine)
                 .collect(),

@@ -19,6 +19,7 @@ mod html;
 mod knots;
 mod page;
 mod section;
+mod strings;
 
 pub use budget::budget_page;
 pub use chart::chart;

@@ -12,11 +12,13 @@
 //! (`closed` lets the force move it). All keys of an engine get the same motion; the trace shows
 //! the first.
 
+mod between;
 mod columns;
 mod recorder;
 pub(crate) mod watch;
 
 use std::fmt;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use whippen_compiler::pipeline::Compiled;
@@ -26,12 +28,13 @@ use crate::emulated::Load;
 use crate::engine::{Engine, EngineKind};
 use crate::files::FileError;
 use crate::plot::Figure;
+use crate::sticking::FrictionTally;
 use crate::trace::Trace;
 
 pub use columns::{
     ALL, Recorded, Signal, argument_title, argument_titles, arguments, choose, driven,
-    event_headings, marked, recorded, roles, roles_of_all, suffix, title, titles, unit,
-    unit_of_cell,
+    event_headings, marked, recorded, roles, roles_of_all, roles_of_run, sticking_titles, suffix,
+    title, titles, unit, unit_of_cell,
 };
 use recorder::Recorder;
 pub use recorder::{Emitted, Happenings, Keep, LISTED_MAX, Recording};
@@ -82,12 +85,18 @@ pub struct Run {
     pub trace: Trace,
     /// What was counted.
     pub counts: Counts,
+    /// How many ticks it would have had, had nothing ended it early.
+    pub ticks_wanted: usize,
     /// What happened, in numbers.
     pub happenings: Happenings,
     /// What it took on the board, on the engine `emulated`.
     pub load: Option<Load>,
     /// Whether its columns were chosen, so that figures draw all of them.
     pub is_chosen: bool,
+    /// Titles of the columns of chosen points of strings.
+    pub points: Vec<String>,
+    /// What each friction did, as far as it is known.
+    pub frictions: Vec<FrictionTally>,
 }
 
 /// Why a run did not come to its end.
@@ -183,51 +192,60 @@ pub(crate) fn record_body(
     mut progress: impl FnMut(usize),
 ) -> Result<Run, RunError> {
     let mut engine = Engine::new(kind, compiled, device, 1).map_err(RunError::Engine)?;
-    let is_chosen = recording.is_chosen();
-    let mut recorder = Recorder::new(compiled, device, recording);
+    let (is_chosen, stop) = (recording.is_chosen(), recording.stop());
+    let is_stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+    let points = recording.point_titles();
+    let observes = engine.observes();
+    let mut recorder = Recorder::new(compiled, device, recording, (ticks, observes));
     let mut watch = Watch::new(compiled, device);
     let ports = compiled.model.senses.len();
     let (mut places, mut words) = (vec![0.0; ports], vec![0u16; ports]);
     let mut drive = vec![0i16; compiled.lowered.kernel.outputs.len()];
+    if recorder.listens() {
+        engine.listen().map_err(RunError::Engine)?;
+    }
     for tick in 0..ticks {
         body.move_to(tick, (tick > 0).then_some(&drive), &mut places);
         watch.words(tick, &places, &mut words);
-        let before = Instant::now();
         if tick == 0 {
             engine.start(&words);
         }
+        recorder.before(&engine, tick).map_err(RunError::Engine)?;
+        let before = Instant::now();
         engine.tick(&words, &mut drive);
         watch.counts.engine_time += before.elapsed();
         watch.drive(&drive);
         let written = recorder.tick(&mut engine, tick, &drive, body.observe());
         written.map_err(RunError::Output)?;
-        if tick % 4096 == 0 {
+        if tick % 1024 == 0 {
             progress(tick);
+            if is_stopped() {
+                break;
+            }
         }
     }
-    progress(ticks);
+    progress(watch.counts.ticks);
     if let Some(trouble) = engine.board().and_then(|board| board.trouble()) {
         return Err(RunError::Engine(trouble.to_string()));
     }
-    let (trace, happenings) = recorder.finish().map_err(RunError::Output)?;
+    let finished = recorder.finish(&mut engine);
+    let (trace, happenings, frictions) = finished.map_err(RunError::Output)?;
     Ok(Run {
         trace,
         happenings,
         counts: watch.counts,
+        ticks_wanted: ticks,
         load: engine.board().map(|board| board.load()),
         is_chosen,
+        points,
+        frictions,
     })
 }
 
 /// The figure of a run: travel, force terms and their sum, coordinates, states, strikes; or what
 /// was chosen.
 pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
-    let roles = if run.is_chosen {
-        roles_of_all(compiled, &run.trace)
-    } else {
-        roles(compiled)
-    };
-    Figure::of(&run.trace, &roles)
+    Figure::of(&run.trace, &roles_of_run(compiled, run))
 }
 
 /// Counts what the converters and the ranges cut off.

@@ -5,6 +5,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use whippen_compiler::kernel;
 use whippen_compiler::lower::ExportKind;
 use whippen_compiler::pipeline::Compiled;
 
@@ -21,7 +22,9 @@ pub struct SoundFile {
     path: PathBuf,
     file: Shared,
     writer: hound::WavWriter<Shared>,
-    /// The exports that are channels.
+    /// How many channels there are.
+    sides: usize,
+    /// The exports that are channels, of engines that observe them.
     channels: Vec<usize>,
     /// Samples that were cut off at full scale.
     clipped: usize,
@@ -58,7 +61,8 @@ impl SoundFile {
             .filter(|(_, export)| matches!(export.kind, ExportKind::Channel(_)))
             .map(|(index, _)| index)
             .collect();
-        if channels.is_empty() {
+        let sides = compiled.model.channels.len();
+        if sides == 0 {
             let message = format!(
                 "`{}` has no sound to write to it; add a line such as `sound out = ..`",
                 compiled.model.name
@@ -67,7 +71,7 @@ impl SoundFile {
         }
         let file = Shared(Rc::new(RefCell::new(OutputFile::create(path)?)));
         let spec = hound::WavSpec {
-            channels: channels.len() as u16,
+            channels: sides as u16,
             sample_rate: compiled.model.rate_hz,
             bits_per_sample: 24,
             sample_format: hound::SampleFormat::Int,
@@ -77,31 +81,66 @@ impl SoundFile {
             path: path.to_path_buf(),
             file,
             writer: writer.map_err(|error| not_written(path, error))?,
+            sides,
             channels,
             clipped: 0,
         })
     }
 
-    /// What is heard in a tick.
+    /// What is heard in a tick. What a board lets hear comes when it leaves, a tick later.
     ///
     /// # Errors
     /// The disk is full; the file would be longer than a WAV file may be (4 GiB).
-    pub fn tick(&mut self, compiled: &Compiled, engine: &Engine) -> Result<(), FileError> {
-        for &channel in &self.channels {
-            if self.writer.len() >= SAMPLES_MAX {
-                let message = "a WAV file has at most 4 GiB; play less, with `--seconds`";
-                return Err(FileError::not_written(
-                    &self.path,
-                    &io::Error::other(message),
-                ));
-            }
-            let value = engine.value(0, channel, &compiled.lowered.exports[channel]);
-            let sample = (value * FULL_SCALE).round();
-            self.clipped += usize::from(sample.abs() >= FULL_SCALE);
-            let written = self.writer.write_sample(sample as i32);
-            written.map_err(|error| not_written(&self.path, error))?;
+    pub fn tick(&mut self, compiled: &Compiled, engine: &mut Engine) -> Result<(), FileError> {
+        if let Engine::Emulated(_, board) = engine {
+            let samples = board.take_samples();
+            return self.put_samples(samples);
+        }
+        for at in 0..self.channels.len() {
+            let channel = self.channels[at];
+            self.put(engine.value(0, channel, &compiled.lowered.exports[channel]))?;
         }
         Ok(())
+    }
+
+    /// What is heard when the last tick is over.
+    ///
+    /// # Errors
+    /// As of [`SoundFile::tick`].
+    pub fn end(&mut self, engine: &mut Engine) -> Result<(), FileError> {
+        match engine {
+            Engine::Emulated(_, board) => {
+                let samples = board.take_last_sample();
+                self.put_samples(samples)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The words of a board.
+    fn put_samples(&mut self, samples: Result<Vec<[i32; 2]>, String>) -> Result<(), FileError> {
+        let samples =
+            samples.map_err(|why| FileError::not_written(&self.path, &io::Error::other(why)))?;
+        for both in samples {
+            for sample in &both[..self.sides] {
+                self.put(f64::from(*sample) / kernel::FULL_SCALE as f64)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn put(&mut self, value: f64) -> Result<(), FileError> {
+        if self.writer.len() >= SAMPLES_MAX {
+            let message = "a WAV file has at most 4 GiB; play less, with `--seconds`";
+            return Err(FileError::not_written(
+                &self.path,
+                &io::Error::other(message),
+            ));
+        }
+        let sample = (value * FULL_SCALE).round();
+        self.clipped += usize::from(sample.abs() >= FULL_SCALE);
+        let written = self.writer.write_sample(sample as i32);
+        written.map_err(|error| not_written(&self.path, error))
     }
 
     /// Ends the file, which then has its name; how many samples were cut off at full scale.

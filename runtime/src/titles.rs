@@ -60,9 +60,11 @@ const RESERVED: &[&str] = &[
 ];
 
 /// A name that Python and MATLAB take as one: letters, digits and `_`, a letter first. Primes are
-/// `_dot` and `_ddot`, what belongs to a call is joined by `_` (`phi_dot`, `jack_out`).
+/// `_dot` and `_ddot`, what belongs to a call is joined by `_` (`phi_dot`, `jack_out`), and a
+/// point of a string is spelled out (`line_u_at_12_percent`).
 pub fn identifier(name: &str) -> String {
     let name = name.replace("''", "_ddot").replace('\'', "_dot");
+    let name = name.replace('@', "_at_").replace('%', "_percent");
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     let name: String = name.chars().map(plain).collect();
     if RESERVED.contains(&name.as_str()) {

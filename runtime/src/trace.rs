@@ -22,6 +22,7 @@ pub use tables::{Argument, EventTable, Form, TickTable};
 use crate::record::Record;
 use crate::spectrogram::Spectrogram;
 use crate::titles::{identifier, join_title};
+use crate::vibration::Vibration;
 
 /// What a column is called and what its values are.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -99,6 +100,8 @@ pub struct Trace {
     pub events: Vec<EventRow>,
     /// What the channels of the sound are made of.
     pub spectrograms: Vec<Spectrogram>,
+    /// How the strings vibrated.
+    pub vibrations: Vec<Vibration>,
 }
 
 impl Trace {

@@ -17,7 +17,8 @@ use whippen_runtime::report::Page;
 use super::command;
 use super::file_plan::FilePlan;
 use crate::exit::{Failure, Outcome};
-use crate::say::say;
+use crate::interrupt;
+use crate::say::{say, tell};
 use play::{Played, play};
 
 #[derive(Debug, clap::Args)]
@@ -77,11 +78,16 @@ pub fn run(args: &Args) -> Outcome {
         return Err(Failure::Usage(why.to_string()));
     }
     plan(args, &wanted)?.check()?;
-    let mut all_held = true;
+    let stop = interrupt::stops();
+    let (mut all_held, mut done) = (true, 0);
     let mut sections = Vec::new();
     let mut rows = Vec::new();
     for one in &wanted {
-        let played = play(&one.experiment, one.file.as_deref(), args.engine)?;
+        let played = match play(&one.experiment, one.file.as_deref(), args.engine, stop) {
+            Err(Failure::Interrupted) => break,
+            played => played?,
+        };
+        done += 1;
         all_held &= played.held();
         draw(args, one, &played)?;
         if args.json {
@@ -103,6 +109,11 @@ pub fn run(args: &Args) -> Outcome {
         };
         page.save(path).map_err(|e| Failure::Usage(e.to_string()))?;
         written(args, "report", path);
+    }
+    if done < wanted.len() {
+        let all = wanted.len();
+        tell!("interrupted: {done} of {all} experiments were played, and are kept");
+        return Err(Failure::Interrupted);
     }
     if all_held {
         Ok(())

@@ -229,7 +229,7 @@ fn on_board(
         progress,
     )
     .map_err(|why| run::stopped_engine(setup.engine, why))?;
-    run::report_load(&load);
+    run::report_load(&load, false);
     logs.retain(|log| playing(log.index).is_some());
     Ok(logs)
 }

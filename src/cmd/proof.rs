@@ -187,7 +187,11 @@ impl<'a> ImageProof<'a> {
     /// A deadline that is missed, with the lines that cost most and what would be enough.
     fn missed(&self, played: &ProgramReport, keys_fitting: Option<u32>) -> Option<Diagnostic> {
         let zone = played.zone(played.slowest_zone());
-        let place = (played.program.name.as_str(), zone.compiled.model.span);
+        let place = (
+            played.program.name.as_str(),
+            zone.compiled.model.span,
+            played.is_once(),
+        );
         deadline_diagnostic(
             &self.setup.map,
             place,

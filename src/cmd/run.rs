@@ -26,6 +26,7 @@ use super::opened::Opened;
 use super::{command, errors, load, option, progress::Progress, watch};
 use crate::device;
 use crate::exit::{Failure, Outcome};
+use crate::interrupt;
 use crate::say::{self, say, tell};
 pub use outputs::Outputs;
 pub use summary::report_load;
@@ -203,9 +204,11 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         positions = positions.lasting(ticks.max(1));
     }
     let outputs = &args.outputs;
+    // A watch has its own way to end.
+    let stop = (!args.watch).then(interrupt::stops);
     let recording = |columns: Vec<Recorded>| {
         let recording = outputs.recording(columns, &compiled, engine)?;
-        Ok(recording.starting(positions.start_s))
+        Ok(recording.starting(positions.start_s).until(stop))
     };
     let (run, notes) = if args.hand.closes() {
         let hand = &args.hand;
@@ -232,11 +235,26 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         let object = summary::json(&compiled, &run, engine, checked.settings, outputs);
         say::whole(&format!("{object}\n"));
     }
+    ended(&compiled, &run)?;
     if args.errors {
         print_errors(&compiled, &device, engine, &positions)
     } else {
         Ok(())
     }
+}
+
+/// Whether a run came to its end.
+fn ended(compiled: &Compiled, run: &Run) -> Outcome {
+    let seconds = |ticks: usize| ticks as f64 / f64::from(compiled.model.rate_hz);
+    if run.counts.ticks < run.ticks_wanted {
+        tell!(
+            "interrupted: {:.2} of {:.2} s were played, and are kept",
+            seconds(run.counts.ticks),
+            seconds(run.ticks_wanted)
+        );
+        return Err(Failure::Interrupted);
+    }
+    Ok(())
 }
 
 /// Writes a page and says where it is.

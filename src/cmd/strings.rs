@@ -1,13 +1,12 @@
 //! What `check` says of strings: points, the proof that they are stable, pitch, what saturates.
 
-use std::f64::consts::{PI, TAU};
-
 use whippen_compiler::ideal::Ideal;
 use whippen_compiler::lower::LoweredStrand;
 use whippen_compiler::model::Strand;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::{Dim, shown};
 use whippen_runtime::device::Device;
+use whippen_runtime::vibration::first_mode_hz;
 
 /// A line for each string.
 pub fn report(compiled: &Compiled, device: &Device) -> Vec<String> {
@@ -21,13 +20,22 @@ fn line(compiled: &Compiled, device: &Device, lowered: &LoweredStrand) -> String
     let strand = &compiled.model.strands[lowered.strand];
     let bend = shown(strand.largest_bend(compiled.model.rate_hz), Dim::LENGTH);
     format!(
-        "  string {}: {} points, stable ({:.4} of 2){}; what bends by more than {bend} between neighbours saturates{}",
+        "  string {}: {} points{}, stable ({:.4} of 2){}; what bends by more than {bend} between neighbours saturates{}",
         strand.name,
         strand.parts - 1,
+        capped(strand),
         lowered.sum,
         pitch(compiled, device, strand),
         rounded(lowered.error)
     )
+}
+
+/// Whether it has no more points only because no string has.
+fn capped(strand: &Strand) -> &'static str {
+    match strand.points.is_none() && strand.parts == Strand::PARTS[1] {
+        true => " (the most that a string may have)",
+        false => "",
+    }
 }
 
 /// What a tick rounds, where a bound of that is known.
@@ -47,17 +55,7 @@ fn pitch(compiled: &Compiled, device: &Device, strand: &Strand) -> String {
     let mut ideal = Ideal::new(model, &device.scales(), 1);
     ideal.tick(&vec![0; model.senses.len()]);
     let wanted_hz = ideal.value(0, pitch);
-    let coefficients = strand.coefficients.map(|c| ideal.value(0, c));
-    let found_hz = first_mode(strand, coefficients) * f64::from(model.rate_hz);
+    let found_hz = first_mode_hz(compiled, device, strand);
     let cents = 1200.0 * (found_hz / wanted_hz).log2();
     format!(", {:.4} cents off its {wanted_hz:.3} Hz", cents.abs())
-}
-
-/// Frequency of the first mode as it fades (turns a tick), with pinned ends.
-fn first_mode(strand: &Strand, [p, q, v, r]: [f64; 4]) -> f64 {
-    let half = (PI / (2.0 * f64::from(strand.parts))).sin();
-    let s = 4.0 * half * half;
-    let (pull, loss) = (p * s + q * s * s, v * s + r);
-    let cosine = (2.0 - loss - pull) / (2.0 * (1.0 - loss).sqrt());
-    cosine.clamp(-1.0, 1.0).acos() / TAU
 }

@@ -1,21 +1,19 @@
 //! `whippen sweep`: measured numbers over a grid or over Sobol points of parameters.
 
-mod grid;
+pub mod grid;
 mod quantity;
 mod shown;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use clap::ValueHint;
 use whippen_compiler::check::Options;
-use whippen_compiler::diag::Severity;
+use whippen_compiler::diag::{Severity, nearest};
 use whippen_compiler::model::Model;
 use whippen_compiler::parallel;
-use whippen_compiler::pipeline;
-use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 
@@ -23,13 +21,13 @@ use super::budget::write_text;
 use super::file_plan::FilePlan;
 use super::opened::Opened;
 use super::progress::Progress;
-use super::{load, option};
+use super::{load, option, point};
 use crate::device;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::say::{self, say, tell};
 use grid::Over;
-use quantity::SweptNumber;
+use quantity::{Measured, SweptNumber};
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -55,7 +53,8 @@ pub struct Args {
     #[arg(long, value_name = "S", default_value_t = 0, requires = "sobol")]
     seed: u32,
     /// What is measured: numbers of `whippen measure` (down_weight, let_off_travel, ..), or of the
-    /// bundled gesture (strikes, events, greatest_force, drive_clipped); pictures show the first
+    /// bundled gesture (strikes, events, greatest_force, drive_clipped, slips_per_period,
+    /// stick_share); pictures show the first
     #[arg(
         long = "measure",
         value_name = "NAME,..",
@@ -63,6 +62,10 @@ pub struct Args {
         default_value = "down_weight,up_weight,friction_weight,strikes,greatest_force"
     )]
     wanted: Vec<SweptNumber>,
+    /// Values of the program that are drawn as lines over a heat map: each over the first
+    /// parameter, in the unit of the second
+    #[arg(long = "line", value_name = "NAME,..", value_delimiter = ',')]
+    lines: Vec<String>,
     /// What runs it: jit (compiled, fixed point), interp (the reference) or ideal (f64)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
@@ -87,6 +90,8 @@ struct Done {
     point: Vec<f64>,
     /// What was measured; none where the program has no such number.
     values: Vec<Option<f64>>,
+    /// Values of the program that are lines of the picture.
+    lines: Vec<Option<f64>>,
     /// Why nothing was.
     trouble: Option<String>,
 }
@@ -149,6 +154,9 @@ fn points(args: &Args) -> Result<Vec<Vec<f64>>, String> {
     if !args.plot.is_empty() && args.overs.len() > 2 {
         return Err("--plot: a picture is over one parameter or two".into());
     }
+    if !args.lines.is_empty() && args.overs.len() != 2 {
+        return Err("--line: a line is drawn over a heat map, which is over two parameters".into());
+    }
     match args.sobol {
         Some(count) => grid::sobol(&args.overs, count, args.seed),
         None => grid::grid(&args.overs),
@@ -189,6 +197,20 @@ fn fits(args: &Args, model: &Model) -> Result<(), String> {
             model.name
         ));
     }
+    for line in &args.lines {
+        let named = model.named.iter().find(|named| named.name == *line);
+        let upwards = args.overs.last().map(|over| over.dim);
+        match named {
+            None => return Err(no_value(line, model)),
+            Some(named) if named.dim != upwards => {
+                return Err(format!(
+                    "--line: `{line}` is not of the kind of `{}`",
+                    args.overs[1].name
+                ));
+            }
+            Some(_) => {}
+        }
+    }
     match args.wanted.iter().find(|wanted| wanted.is_of_key()) {
         Some(wanted) if model.turns() => Err(format!(
             "`{}` turns, and {} is of a key that is pressed",
@@ -199,14 +221,21 @@ fn fits(args: &Args, model: &Model) -> Result<(), String> {
     }
 }
 
+/// What is said of a line that is no value.
+fn no_value(line: &str, model: &Model) -> String {
+    let names = || model.named.iter().map(|named| named.name.as_str());
+    let near = nearest(line, names());
+    let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+    format!("--line: `{}` has no value `{line}`{near}", model.name)
+}
+
 impl Swept<'_> {
     /// All points in their order, on all threads; of an interrupted sweep those that were done.
     fn all(&self, points: Vec<Vec<f64>>) -> Vec<Done> {
-        static STOPPED: AtomicBool = AtomicBool::new(false);
-        interrupt::take_first(|| STOPPED.store(true, Ordering::Relaxed));
+        let stopped = interrupt::stops();
         let progress = Mutex::new((Progress::of_things(points.len(), "points"), 0));
         let one = |point: Vec<f64>| {
-            if STOPPED.load(Ordering::Relaxed) {
+            if stopped.load(Ordering::Relaxed) {
                 return None;
             }
             let measured = self.measure(&point);
@@ -214,13 +243,14 @@ impl Swept<'_> {
                 progress.1 += 1;
                 progress.0.at(progress.1);
             }
-            let (values, trouble) = match measured {
+            let ((values, lines), trouble) = match measured {
                 Ok(values) => (values, None),
-                Err(why) => (vec![None; self.args.wanted.len()], Some(why)),
+                Err(why) => (self.nothing(), Some(why)),
             };
             Some(Done {
                 point,
                 values,
+                lines,
                 trouble,
             })
         };
@@ -231,30 +261,23 @@ impl Swept<'_> {
         done.into_iter().flatten().collect()
     }
 
+    /// What is measured where nothing can be.
+    fn nothing(&self) -> Measured {
+        (
+            vec![None; self.args.wanted.len()],
+            vec![None; self.args.lines.len()],
+        )
+    }
+
     /// What is measured at a point; or why nothing is.
-    fn measure(&self, point: &[f64]) -> Result<Vec<Option<f64>>, String> {
+    fn measure(&self, point: &[f64]) -> Result<Measured, String> {
         let overs = self.args.overs.iter().zip(point);
         let own = overs.map(|(over, value)| over.setting(*value));
         let sets: Vec<_> = self.sets.iter().cloned().chain(own).collect();
-        let mut map = SourceMap::default();
-        for (name, text) in self.sources {
-            map.add(name, text);
-        }
-        let (program, found) = pipeline::front(&mut map, &options(self.args, &sets));
-        let Some(program) = program else {
-            let worst = found.iter().max_by_key(|d| d.severity());
-            return Err(worst.map_or(String::new(), |d| d.message.clone()));
-        };
-        let model = load::one_key(&program, self.name, None);
-        let model = model.map_err(|_| "there is no such instrument".to_string())?;
-        let compiled = pipeline::compile(model, self.device.scales(), true);
-        let compiled = compiled.map_err(|error| match error {
-            pipeline::CompileError::Program(found) => {
-                found.first().map_or(String::new(), |d| d.message.clone())
-            }
-            pipeline::CompileError::Defect(why) => why,
-        })?;
-        quantity::measure(&self.args.wanted, &compiled, &self.device, self.args.engine)
+        let options = options(self.args, &sets);
+        let compiled = point::compiled(self.sources, self.name, &options, &self.device)?;
+        let wanted = (&self.args.wanted[..], &self.args.lines[..]);
+        quantity::measure(wanted, &compiled, &self.device, self.args.engine)
     }
 }
 

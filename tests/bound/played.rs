@@ -224,6 +224,61 @@ fn nor_on_a_cortex_m4() {
     println!("{keys} ticks of a key");
 }
 
+/// A key that takes little, and is heard on both sides.
+const HEARD: &str = "instrument heard {
+    sense x: length in 0 mm .. 10 mm
+    live param loud = 50 m^-1 in 0 m^-1 .. 100 m^-1
+    force spring = 80 N/m * x
+    sound a on left = loud * x
+    sound b on right = -0.5
+}";
+
+#[test]
+fn nor_where_keys_are_heard() {
+    let plucked = common::PROGRAMS
+        .iter()
+        .find(|(name, _)| *name == "sound.whip");
+    let (_, plucked) = plucked.expect("a program");
+    for (kind, text, keys) in [
+        (BoardKind::Rp2350, *plucked, 9),
+        (BoardKind::Stm32f4, *plucked, 5),
+        (BoardKind::Rp2350, HEARD, 60),
+        (BoardKind::Stm32f4, HEARD, 30),
+        (BoardKind::Rp2040, HEARD, 4),
+    ] {
+        let model = common::compiled("heard.whip", text, &[]).remove(0).model;
+        let scales = Device::of(&model).scales();
+        let compiled = compile(model, scales, false).unwrap_or_else(|e| panic!("{e:?}"));
+        play(kind, compiled, keys);
+    }
+}
+
+/// An image that is late still plays its keys when the converter moves the words of the next tick:
+/// each of them makes an access wait for a cycle at most, and that is all that the bound leaves
+/// out.
+#[test]
+fn a_late_image_waits_for_the_converter_besides() {
+    let found = common::PROGRAMS
+        .iter()
+        .find(|(name, _)| *name == "keytar.whip");
+    let (file, text) = found.expect("a program");
+    let model = common::compiled(file, text, &[]).remove(0).model;
+    let scales = Device::of(&model).scales();
+    let compiled = compile(model, scales, false).unwrap_or_else(|e| panic!("{e:?}"));
+    let image = Image::on(BoardKind::Rp2350, compiled, 1);
+    let bounds = &image.cores[0].contended;
+    assert!(bounds.cycles_max > image.period, "it is late");
+    let (mut board, mut watch) = (Board::new(&image), Watch::new(&image));
+    let words = image.words_each_way();
+    let mut source = noise(11, words);
+    board.play(source(0).repeat(START), false, &mut Watch::new(&image));
+    let all = (0..8 * ticks()).flat_map(&mut *source).collect();
+    board.play(all, false, &mut watch);
+    assert!(watch.keys_seen > 0, "it played");
+    let (key, frame) = holds(&image, &watch, 0, bounds, 2 * words as u64);
+    println!("{file}, late: key {key}, frame {frame}");
+}
+
 #[test]
 fn instruments_with_several_ports() {
     for file in ["two-axis-spring.whip", "pad.whip", "dial-and-lever.whip"] {

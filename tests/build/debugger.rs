@@ -233,3 +233,54 @@ print('shown', shown, 'wrong', wrong, 'gone', gone)
         .collect();
     assert!(numbers[0] > 60 && numbers[1] == 0, "{counts}");
 }
+
+/// Each port's value comes from its own word, and the listing has each sense's line.
+#[test]
+fn several_ports_have_variables_and_lines() {
+    let folder = Folder::new();
+    folder.write(
+        "bead.whip",
+        include_str!("../programs/two-axis-spring.whip"),
+    );
+    let build = [
+        "build",
+        "bead.whip",
+        "-o",
+        "bead.elf",
+        "--listing",
+        "bead.lst",
+    ];
+    folder.run(WHIPPEN, &build);
+    let listing = std::fs::read_to_string(folder.path().join("bead.lst")).expect("is written");
+    for line in ["sense x: length", "sense y: length", "force wall   on y"] {
+        assert!(listing.contains(line), "{line}");
+    }
+    let script = [
+        "break bead.whip:10",
+        "continue",
+        "print x",
+        "print y",
+        // The word of y, in both halves.
+        "set {unsigned short}((char *)&words0 + 2) = 0xc000",
+        "set {unsigned short}((char *)&words0 + 10) = 0xc000",
+        "print x",
+        "print y",
+        "print k",
+        "whatis y",
+        "print core0_state.live_k",
+        "kill",
+    ];
+    let Some(told) = session(&folder, "bead.elf", &script) else {
+        return;
+    };
+    for wanted in [
+        "$1 = -0.16",
+        "$2 = -0.12",
+        "$3 = -0.16",
+        "$4 = 0.06",
+        "$5 = 20",
+        "type = m",
+    ] {
+        assert!(told.contains(wanted), "{wanted}: {told}");
+    }
+}

@@ -64,7 +64,7 @@ fn gnu(
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
     Plain,
-    /// Records of several instruments are listed.
+    /// Records of several instruments are listed, and there is sound on two sides.
     Zones,
     /// As many keys as there may be, with the largest records: what a load cannot reach.
     Far,
@@ -107,6 +107,10 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
     };
     constants.extend(frame_constants(&of_frame, board, 0));
     constants.insert("ZONES".to_string(), (form == Form::Zones).into());
+    if form == Form::Zones {
+        constants.insert("SOUND".to_string(), 2);
+        constants.insert("PROGRAMS".to_string(), 2);
+    }
     if form == Form::Far {
         constants.insert("RECORD".to_string(), 252);
     }

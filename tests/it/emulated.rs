@@ -281,3 +281,78 @@ fn a_port_at_a_rail_frees_the_instrument_where_nothing_is_sensed_there() {
     assert_eq!(after(&fit, &device, &row, 520).1, 0);
     assert_eq!(after(&fit, &device, &row, 3700), (vec![0; 2], 2));
 }
+
+/// The motor of one port stands little: its heat holds the whole instrument back until half of it
+/// is gone, and the other port, which is driven as well, never gets warm.
+#[test]
+fn a_hot_motor_of_one_port_holds_all_back() {
+    const RATED: i64 = 4096;
+    let (compiled, mut device) = with_ports("two-axis-spring.whip");
+    let full_scale = device.ports[1].drive().full_scale;
+    device.ports[1].stands = Some(Stands {
+        rated: full_scale / 8.0,
+        peak_s: 0.004,
+    });
+    let kinds = [
+        EngineKind::Interp,
+        EngineKind::Emulated(BoardKind::Rp2350.into()),
+    ];
+    let mut engines =
+        kinds.map(|kind| Engine::new(kind, &compiled, &device, 1).expect("an engine"));
+    // The bead in the middle, in the wall, in the middle; both sensors never rest.
+    let row = |tick: usize| {
+        let shakes = (tick % 2) as u16;
+        let y = if (200..1500).contains(&tick) {
+            0x0400
+        } else {
+            0x8000
+        };
+        [0x9000 + shakes, y + shakes]
+    };
+    let (mut heat, mut hot, mut back) = (0, None, None);
+    for tick in 0..10_000 {
+        let [full, held] = engines.each_mut().map(|engine| {
+            let mut drive = [0_i16; 2];
+            if tick == 0 {
+                engine.start(&row(0));
+            }
+            engine.tick(&row(tick), &mut drive);
+            drive.map(i64::from)
+        });
+        let board = engines[1].board().expect("a board");
+        assert_eq!(board.trouble(), None);
+        // What the motor stands for 4 ms.
+        heat = (heat + full[1] * full[1] - RATED * RATED).max(0);
+        let limit = (32_767 * 32_767 - RATED * RATED) * 176;
+        if hot.is_none() && board.load().cores[0].faults != 0 {
+            assert_eq!(board.load().cores[0].faults, 8);
+            // Its turn comes in every other tick.
+            let late = 4 * (full[1] * full[1] - RATED * RATED);
+            let limit = limit - late / 4;
+            assert!(
+                (limit..limit + late).contains(&heat),
+                "{heat}, limit {limit}"
+            );
+            hot = Some(tick);
+        }
+        match hot {
+            None => assert_eq!(held, full, "tick {tick}"),
+            Some(from) if tick > from + 2 && tick < 1500 => {
+                assert!(held[1].abs() <= RATED, "{held:?}");
+                let parts = [0, 1].map(|port| 8 * held[port] - full[port]);
+                assert!(
+                    parts.iter().all(|part| part.abs() <= 8),
+                    "{held:?} of {full:?}"
+                );
+            }
+            Some(_) => back = back.or((held == full && tick >= 1500).then_some(tick)),
+        }
+    }
+    assert!(hot.is_some(), "it gets hot");
+    let back = back.expect("force comes back");
+    assert!((6000..9500).contains(&back), "{back}");
+    assert_eq!(
+        engines[1].board().expect("a board").load().cores[0].faults,
+        8
+    );
+}

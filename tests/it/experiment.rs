@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::Value;
-use whippen_runtime::experiment::bundled::EXPERIMENTS;
+use whippen_runtime::experiment::bundled::{EXPERIMENTS, PROGRAMS};
 
 use crate::cli::{Shell, bundled};
 use crate::pictures::compare_picture;
@@ -53,7 +53,8 @@ fn every_file_of_the_folder_is_bundled() {
             .into_string()
             .expect("a name")
     });
-    let listed = EXPERIMENTS.iter().map(|(file, _)| file.to_string());
+    let listed = EXPERIMENTS.iter().chain(PROGRAMS);
+    let listed = listed.map(|(file, _)| file.to_string());
     assert_eq!(names.collect::<BTreeSet<_>>(), listed.collect());
 }
 
@@ -71,7 +72,11 @@ fn failing(
         .filter_map(|line| line.strip_prefix("program = \""));
     for program in programs.map(|rest| rest.trim_end_matches('"')) {
         let file = format!("{program}.whip");
-        let source = std::fs::read_to_string(bundled(&file)).expect("a bundled program");
+        let own_program = PROGRAMS.iter().find(|(name, _)| *name == file);
+        let source = match own_program {
+            Some((_, text)) => text.to_string(),
+            None => std::fs::read_to_string(bundled(&file)).expect("a bundled program"),
+        };
         is_changed |= source.contains(from);
         shell = shell.with(&file, &source.replace(from, to));
         own = own.replace(

@@ -2,9 +2,10 @@
 #![cfg(unix)]
 
 use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::cli::Shell;
@@ -191,6 +192,102 @@ fn one_keyboard_is_played_and_its_board_is_there() {
 /// How long a command may take to begin a file, and to end.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// Starts a command and waits until it writes a file of this name's ending.
+fn begun(shell: &Shell, command: &str) -> Child {
+    let before = contents(&shell.path(".")).len();
+    let running = Command::new(env!("CARGO_BIN_EXE_whippen"))
+        .args(command.split(' '))
+        .current_dir(shell.path("."))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    let begun = Instant::now();
+    while contents(&shell.path(".")).len() == before {
+        assert!(begun.elapsed() < PATIENCE, "it writes nothing");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    running
+}
+
+fn send(signal: &str, to: &Child) {
+    let id = to.id().to_string();
+    let sent = Command::new("kill").args([signal, &id]).status();
+    assert!(sent.expect("kill").success());
+}
+
+#[test]
+fn an_interrupted_run_keeps_what_was_played() {
+    let text = CLICK.replace("force spring", "sound out = 20 m^-1 * x force spring");
+    let shell = Shell::new().with("click.whip", &text);
+    let endless = "run click.whip --seconds 20000 --out heard.wav --out ticks.csv --every 1000 --events events.csv";
+    let running = begun(&shell, endless);
+    std::thread::sleep(Duration::from_millis(300));
+    send("-INT", &running);
+    let ended = running.wait_with_output().expect("ends");
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{told}");
+    assert!(
+        told.contains("of 20000.00 s were played, and are kept"),
+        "{told}"
+    );
+    let heard = std::fs::read(shell.path("heard.wav")).expect("is there");
+    let word = |at: usize| u32::from_le_bytes(heard[at..at + 4].try_into().expect("4 bytes"));
+    let data = heard
+        .windows(4)
+        .position(|name| name == b"data")
+        .expect("has samples")
+        + 4;
+    assert_eq!(
+        word(4) as usize,
+        heard.len() - 8,
+        "as long as its head says"
+    );
+    assert_eq!(word(data) as usize, heard.len() - data - 4);
+    let samples = word(data) as usize / 3;
+    assert!(samples > 0);
+    let ticks = std::fs::read_to_string(shell.path("ticks.csv")).expect("is there");
+    assert!(ticks.ends_with('\n'));
+    assert_eq!(ticks.lines().count() - 1, samples.div_ceil(1000));
+    assert!(shell.path("events.csv").exists());
+}
+
+#[test]
+fn interrupted_experiments_keep_those_that_were_played() {
+    let experiment = |title: &str, seconds: &str| {
+        format!(
+            "title = \"{title}\"\nprogram = \"click.whip\"\n[player]\n\
+             motion = [\"to 5 mm in 100 ms\", \"wait {seconds} s\"]\n[plot]\ntravel = \"x\"\n\
+             [[assert]]\ngreatest = \"x\"\nis = \"5 mm\"\nwithin = \"0.001 mm\"\n"
+        )
+    };
+    let shell = Shell::new()
+        .with("click.whip", CLICK)
+        .with("short.toml", &experiment("The short one", "0.1"))
+        .with("long.toml", &experiment("The long one", "59"));
+    let args = "experiment short.toml long.toml --json --report gallery.html";
+    let mut running = Command::new(env!("CARGO_BIN_EXE_whippen"))
+        .args(args.split(' '))
+        .current_dir(shell.path("."))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    let mut lines = BufReader::new(running.stdout.take().expect("stdout")).lines();
+    let first = lines.next().expect("a line").expect("UTF-8");
+    assert!(first.contains("\"short\""), "{first}");
+    send("-INT", &running);
+    let ended = running.wait_with_output().expect("ends");
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{told}");
+    assert!(
+        told.contains("1 of 2 experiments were played, and are kept"),
+        "{told}"
+    );
+    let gallery = std::fs::read_to_string(shell.path("gallery.html")).expect("is there");
+    assert!(gallery.contains("The short one") && !gallery.contains("The long one"));
+}
+
 #[test]
 fn an_interrupt_leaves_nothing_half_written() {
     let shell = Shell::new().with("click.whip", CLICK);
@@ -199,20 +296,8 @@ fn an_interrupt_leaves_nothing_half_written() {
     let endless = "emulate click.elf --board rp2350 --keys 2 --max-cycles 1e15 --trace trace.txt";
     for signal in ["-INT", "-TERM"] {
         let before = contents(&shell.path("."));
-        let mut running = Command::new(env!("CARGO_BIN_EXE_whippen"))
-            .args(endless.split(' '))
-            .current_dir(shell.path("."))
-            .stdout(Stdio::null())
-            .spawn()
-            .expect("starts");
-        let begun = Instant::now();
-        while contents(&shell.path(".")).len() == before.len() {
-            assert!(begun.elapsed() < PATIENCE, "it writes nothing");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        let id = running.id().to_string();
-        let sent = Command::new("kill").args([signal, &id]).status();
-        assert!(sent.expect("kill").success());
+        let mut running = begun(&shell, endless);
+        send(signal, &running);
         assert_eq!(running.wait().expect("ends").code(), Some(130), "{signal}");
         assert_eq!(contents(&shell.path(".")), before, "{signal}");
     }

@@ -90,6 +90,53 @@ impl Random {
         }
     }
 
+    /// A string that is pulled and pushed at places that move, so gently that nothing saturates, in
+    /// a quarter of all programs; a quarter of those is rubbed.
+    fn string(&mut self) -> String {
+        let points = 5 + self.below(9);
+        let ends = self.pick(&["pinned", "clamped, pinned", "clamped"]);
+        let rubbed = match self.below(4) {
+            0 => {
+                "friction bow(v) at 100 mm + 5 * x against clamp(one, -1, 1) * 1 m/s = 0.2 N * sticky_law(v, top: 50 mm/s)"
+            }
+            _ => "",
+        };
+        let text = format!(
+            "string wire along 0 m .. 0.3 m {{
+                position w in -8 mm .. 8 mm, rate in -40 m/s .. 40 m/s
+                density 2e-3 kg/m
+                load (20 N + clamp(two, -9, 9) * 1 N) * d2(w) - 1e-4 N*m^2 * d4(w)
+                load 1e-4 N*s * d2(w') - (0.02 + clamp(abs(level), 0, 1) * 0.02) * 1 N*s/m^2 * w'
+                force clamp(one, -5, 5) * 4 mN at 150 mm + 5 * x
+                ends {ends}
+                points {points}
+                {rubbed}
+            }}
+            force wire = clamp(d1(w, 130 mm + 4 * x) + w(120 mm) / 1 m, -1, 1) * 1 N - 1e-3 N*s/m * w(170 mm - x)'"
+        );
+        match self.below(4) {
+            0 => text,
+            _ => String::new(),
+        }
+    }
+
+    /// A bank of two with memory of their own, in a quarter of all programs.
+    fn bank(&mut self) -> String {
+        let next = self.expression(&["one", "kept", "level"], 1);
+        match self.below(4) {
+            0 => format!(
+                "bank twins over i in 0 .. 1 {{
+                    state kept: number in -50 .. 50 = each(1, -2)
+                    next kept = clamp({next}, -50, 50) / (i + 1)
+                    noise hiss
+                    let mine = kept * each(0.5, -3) + i * hiss
+                }}
+                force twins = sum(twins.mine) * 0.1 N + twins[1].mine * 0.2 N"
+            ),
+            _ => String::new(),
+        }
+    }
+
     fn condition(&mut self, names: &[&str]) -> String {
         let op = self.pick(&["<", "<=", ">", ">="]);
         let simple = format!("{} {op} {}", self.pick(names), self.number());
@@ -121,7 +168,7 @@ fn program(seed: u64) -> String {
     );
     let lowest = [0, -10][r.below(2) as usize];
     let (spring, loss) = (100 * (1 + r.below(20)), r.below(4));
-    let friction = r.friction();
+    let (friction, string, bank) = (r.friction(), r.string(), r.bank());
     format!(
         "instrument random_{seed} {{
             sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms
@@ -154,6 +201,8 @@ fn program(seed: u64) -> String {
             force knock = knock * 0.1 N
             force pull = clamp({pull}, -1000, 1000) * 1 N
             {}
+            {string}
+            {bank}
         }}",
         friction.first().copied().unwrap_or_default(),
         friction.get(1).copied().unwrap_or_default(),

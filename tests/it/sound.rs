@@ -121,6 +121,31 @@ fn a_glide_makes_no_step_however_it_is_set() {
 }
 
 #[test]
+fn noise_differs_from_member_to_member_of_a_bank() {
+    let text = "instrument i {
+        sense x: length in 0 mm .. 10 mm
+        bank all over n in 0 .. 2 { noise hiss let loud = hiss }
+        force f = 1 N * sum(all.loud)
+    }";
+    let compiled = common::compiled("noise.whip", text, &[]).remove(0);
+    let mut words: Vec<u32> = compiled.model.noises.iter().map(|n| n.first(0)).collect();
+    assert_eq!(words.len(), 3);
+    let correlation = |words: &mut Vec<u32>, a: usize, b: usize| -> f64 {
+        let mut sum = 0.0;
+        for _ in 0..10_000 {
+            words.iter_mut().for_each(|word| *word = Noise::stir(*word));
+            sum += Noise::value(words[a]) * Noise::value(words[b]);
+        }
+        3.0 * sum / 10_000.0
+    };
+    for (a, b) in [(0, 1), (1, 2), (0, 2)] {
+        let found = correlation(&mut words, a, b);
+        assert!(found.abs() < 0.05, "{a} {b}: {found}");
+    }
+    assert!((correlation(&mut words, 1, 1) - 1.0).abs() < 0.05);
+}
+
+#[test]
 fn noise_is_the_same_words_everywhere_and_differs_from_key_to_key() {
     let text = "instrument i { noise hiss sense x: length in 0 mm .. 10 mm force f = 1 N * hiss }
                 keyboard k { board rp2350 rate 44100 Hz keys C4 .. D4 programs i }";
@@ -284,8 +309,58 @@ fn a_run_writes_what_is_heard() {
     assert_eq!(picture.matches("href=\"data:image/png;base64,").count(), 2);
     let none = ["run", "click.whip", "--out", "c.wav"];
     shell.refuses(2, &none, &["`c` has no sound", "sound out = .."]);
-    let board = ["run", "i.whip", "--engine", "emulated", "--out", "e.wav"];
-    shell.refuses(2, &board, &["gives no sound"]);
     let twice = ["run", "i.whip", "--out", "a.wav", "--out", "b.wav"];
     shell.refuses(2, &twice, &["`b.wav` is a second file of its kind"]);
+}
+
+/// A key, of which each core has one at least, and an instrument that is played once.
+#[test]
+fn boards_let_hear_what_the_reference_does() {
+    let (_, bead) = common::PROGRAMS
+        .into_iter()
+        .find(|(name, _)| *name == "two-axis-spring.whip")
+        .expect("a program");
+    let click = "    noise hiss
+    sound far on left = 8 m^-1 * x + 0.01 * hiss
+    sound low = 12 m^-1 * y
+}";
+    let bead = bead
+        .trim_end()
+        .strip_suffix('}')
+        .expect("a bracket")
+        .to_string()
+        + click;
+    let shell = Shell::new()
+        .with("bead.whip", &bead)
+        .with("plucked.whip", include_str!("../programs/sound.whip"))
+        .with("loud.whip", "instrument l { sense x: length in 0 mm .. 10 mm force f = 9 N/m * x noise hiss sound a = 1.5 * hiss + 150 m^-1 * x }");
+    let play = |file: &str, seconds: &str, more: &[&str]| {
+        let run = ["run", file, "--seconds", seconds, "--out", "heard.wav"];
+        let (out, _) = shell.ends(0, &[&run[..], more].concat());
+        let clipped = out.lines().find(|line| line.contains("clipped at full"));
+        let bytes = std::fs::read(shell.path("heard.wav")).expect("is written");
+        (bytes, clipped.map(str::to_string))
+    };
+    // The string is plucked after 0.4 s; two lines and an allpass are too much for an M0+.
+    let every = ["rp2350", "stm32f4", "rp2040"];
+    for (file, seconds, boards) in [
+        ("bead.whip", "0.1", &every[..]),
+        ("plucked.whip", "0.45", &every[..2]),
+        ("loud.whip", "0.1", &every[..]),
+    ] {
+        let expected = play(file, seconds, &["--engine", "interp"]);
+        let samples = expected.0[100..].chunks(3);
+        let sounds = samples.filter(|sample| **sample != [0; 3]).count();
+        assert!(sounds > 1000, "{file}: {sounds} samples that are not 0");
+        assert_eq!(expected.1.is_some(), file == "loud.whip", "{file}");
+        assert!(play(file, seconds, &[]) == expected, "{file}: jit");
+        for board in boards {
+            let on_board = ["--engine", "emulated", "--board", board];
+            let found = play(file, seconds, &on_board);
+            assert!(found == expected, "{file} on {board}");
+        }
+    }
+    let found = play("loud.whip", "0.1", &["--engine", "emulated", "--keys", "5"]);
+    let expected = play("loud.whip", "0.1", &[]);
+    assert!(found == expected, "of five keys one is heard");
 }

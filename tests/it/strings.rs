@@ -430,3 +430,42 @@ fn what_is_held_lies_straight_and_still() {
         }
     }
 }
+
+#[test]
+fn what_is_read_at_a_moving_place_has_a_bound() {
+    let text = include_str!("../programs/plucked_string.whip");
+    let compiled = common::compiled("plucked_string.whip", text, &[]).remove(0);
+    for name in ["moving", "sloping"] {
+        let mut exports = compiled.lowered.exports.iter();
+        let export = exports.find(|e| e.name == name).expect("is shown");
+        let part = export.error / export.range.high;
+        println!("{name}: {part:.1e} of the range");
+        assert!(part < 1e-3, "{name}: {part:e} of the range");
+    }
+}
+
+#[test]
+fn a_string_with_as_many_points_as_there_may_be_is_told_so() {
+    let text = "instrument slack {
+        sense x: length in 0 mm .. 10 mm
+        string line along 0 m .. 1 m {
+            position u in -8 mm .. 8 mm, rate in -4 m/s .. 4 m/s
+            density 1e-3 kg/m
+            load    0.1 N * d2(u) - 1e-3 N*s/m^2 * u'
+            ends    pinned
+        }
+        force f = 1 N * d1(u, 0 m)
+    }";
+    let shell = crate::cli::Shell::new().with("slack.whip", text);
+    let (out, told) = shell.ends(0, &["check", "slack.whip"]);
+    let told = out + &told;
+    assert!(
+        told.contains("1023 points (the most that a string may have)"),
+        "{told}"
+    );
+    let few = text.replace("0.1 N", "10 N");
+    let shell = crate::cli::Shell::new().with("slack.whip", &few);
+    let (out, told) = shell.ends(0, &["check", "slack.whip"]);
+    let told = out + &told;
+    assert!(!told.contains("the most"), "{told}");
+}

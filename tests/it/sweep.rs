@@ -193,3 +193,83 @@ fn what_is_wrong_in_an_object_is_told() {
     refuses(r#"{"k": "80N"}"#, &["WH0302"]);
     refuses(r#"{"loud": 1}"#, &["loud"]);
 }
+
+/// What a sweep over a bow's place and press tells: the place, the press, slips a period and the
+/// share of sticking.
+fn bowed(shell: &Shell, over: [&str; 2], more: &[&str]) -> Vec<Vec<f64>> {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let program = root.join("examples/schelleng/schelleng.whip");
+    let program = program.to_str().expect("UTF-8");
+    let mut args = vec!["sweep", program, "--over", over[0], "--over", over[1]];
+    args.extend([
+        "--measure",
+        "slips_per_period,stick_share",
+        "--out",
+        "map.csv",
+    ]);
+    args.extend(more);
+    shell.ends(0, &args);
+    let table = std::fs::read_to_string(shell.path("map.csv")).expect("is written");
+    assert!(
+        table.starts_with("beta,press_n,slips_per_period,stick_share\n"),
+        "{table}"
+    );
+    table.lines().skip(1).map(numbers).collect()
+}
+
+#[test]
+fn a_bow_makes_helmholtz_s_motion_within_schelleng_s_limits() {
+    let shell = Shell::new();
+    let lines = ["--plot", "map.svg", "--line", "hardest,softest"];
+    let over = ["beta=0.08..0.12:2", "press=0.3N..1.5N:2"];
+    let map = bowed(&shell, over, &lines);
+    for row in &map {
+        let [beta, press, slips, stuck] = row[..] else {
+            panic!("four columns")
+        };
+        let hardest = 2.0 * (2.0 * 0.32 * 293.6648 * 1.61e-3) * 0.1 / beta;
+        if press < hardest {
+            assert!((slips - 1.0).abs() < 0.02, "{row:?}");
+            assert!((stuck - (1.0 - beta)).abs() < 0.05, "{row:?}");
+        } else {
+            assert!((slips - 1.0).abs() > 0.1, "{row:?}");
+        }
+    }
+    assert!(map.iter().any(|row| row[1] < 0.5) && map.iter().any(|row| row[1] > 1.0));
+    let picture = std::fs::read_to_string(shell.path("map.svg")).expect("is drawn");
+    assert!(picture.contains("hardest") && picture.contains("softest"));
+}
+
+#[test]
+fn a_line_over_a_map_is_a_value_of_the_program() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let program = root.join("examples/schelleng/schelleng.whip");
+    let program = program.to_str().expect("UTF-8");
+    for (line, told) in [
+        ("hardes", "has no value `hardes`; did you mean `hardest`?"),
+        ("sigma", "`sigma` is not of the kind of `press`"),
+    ] {
+        let args = [
+            "sweep",
+            program,
+            "--over",
+            "beta=0.1..0.2:2",
+            "--over",
+            "press=0.1N..1N:2",
+            "--line",
+            line,
+            "--measure",
+            "stick_share",
+        ];
+        Shell::new().refuses(2, &args, &["--line: ", told]);
+    }
+    let one = [
+        "sweep",
+        program,
+        "--over",
+        "beta=0.1..0.2:2",
+        "--line",
+        "hardest",
+    ];
+    Shell::new().refuses(2, &one, &["a line is drawn over a heat map"]);
+}

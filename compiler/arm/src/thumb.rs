@@ -40,6 +40,7 @@
 
 mod after;
 mod allocate;
+mod beyond_doubt;
 mod block_layout;
 mod compile;
 mod critical_path;
@@ -87,7 +88,7 @@ use tick_invariant::TickInvariants;
 use whippen_ids::IdMap;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
-use whippen_kernel::Kernel;
+use whippen_kernel::{Kernel, Range};
 use whippen_modes::{ModeId, Modes};
 
 pub use after::{Function, Pass, code_after};
@@ -260,6 +261,8 @@ struct Parts<'m> {
     /// Modes that read what is shared.
     modes: Cow<'m, Modes>,
     layout: StateLayout,
+    /// Where the live values lie that a tick adds.
+    shared_ranges: Vec<Range>,
     literals: Literals,
     core: Core,
     made: CompiledCode,
@@ -289,9 +292,11 @@ fn compile_parts<'m>(
     let mut layout = StateLayout::new(kernel, options, abi, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
+    let shared_ranges = shared.ranges(kernel);
     let compiler = Compiler {
         modes: &modes,
         layout: &layout,
+        shared: &shared_ranges,
         core: &core,
     };
     let compiled = search::compile_modes(&compiler, &mut literals)?;
@@ -309,6 +314,7 @@ fn compile_parts<'m>(
     Ok(Parts {
         modes,
         layout,
+        shared_ranges,
         literals,
         core,
         made,

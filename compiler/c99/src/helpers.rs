@@ -40,21 +40,27 @@ static inline int32_t whippen_div_round(int64_t a, int64_t b)
 const QUOT: &str = "\
 #ifndef WHIPPEN_QUOT
 #define WHIPPEN_QUOT
-/* The 16 highest bits of a, which has 63 at most. */
-static inline uint64_t whippen_keep16(uint64_t a)
+/* Bits above the highest one of a; 32 where there is none. */
+static inline int whippen_clz(uint32_t a)
 {
-    int below = 0;
-    for (int step = 32; step > 0; step >>= 1) if (a >> (below + step + 15)) below += step;
-    return a >> below << below;
+#ifdef __GNUC__
+    return a == 0 ? 32 : __builtin_clz(a);
+#else
+    int zeros = 32;
+    for (int step = 16; step > 0; step >>= 1) if (a >> step) { zeros -= step; a >>= step; }
+    return zeros - (a != 0);
+#endif
 }
-/* a * 2^n / b towards zero with 16 significant bits, saturated; 0 where b is not positive. */
+/* About a * 2^n / b with 14 significant bits or more, held to 30 bits; 0 where b is not positive. */
 static inline int32_t whippen_quot(int32_t a, int32_t b, int n)
 {
-    if (b <= 0) return 0;
-    uint64_t size = (a < 0 ? -(uint64_t)a : (uint64_t)a) << n;
-    size = whippen_keep16(size / whippen_keep16((uint64_t)b));
-    if (size > INT32_MAX) size = INT32_MAX;
-    return a < 0 ? -(int32_t)size : (int32_t)size;
+    if (b <= 0 || a == 0) return 0;
+    int up = whippen_clz((uint32_t)a ^ (uint32_t)a << 1), up_divisor = whippen_clz((uint32_t)b);
+    int32_t x = (int32_t)((uint32_t)a << up), y = (int32_t)((uint32_t)b << up_divisor >> 16);
+    int32_t top = (int32_t)((uint32_t)(x / y) << 15);
+    int down = up - up_divisor + 31 - n;
+    top >>= down < 0 ? 0 : down > 31 ? 31 : down;
+    return top < -0x20000000 ? -0x20000000 : top > 0x1fffffff ? 0x1fffffff : top;
 }
 #endif
 ";

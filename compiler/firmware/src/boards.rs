@@ -266,6 +266,12 @@ const LATCH: Source<'static> = Source {
     text: include_str!("latch.s"),
 };
 
+/// What is heard.
+const SOUND: Source<'static> = Source {
+    name: "firmware/sound.s",
+    text: include_str!("sound.s"),
+};
+
 /// What frames of all cores have.
 const ALARM: Source<'static> = Source {
     name: "firmware/alarm.s",
@@ -278,6 +284,7 @@ const FRAME: &[Source<'static>] = &[
     TICK,
     LATCH,
     ALARM,
+    SOUND,
     Source {
         name: "firmware/service.s",
         text: include_str!("service.s"),
@@ -310,8 +317,8 @@ pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards) -> Vec<Source<'a>> 
     let own = match (guards, board.board.arch) {
         (Guards::Keys, Arch::V6M) => SMALL_FRAME,
         (Guards::Keys, _) => FRAME,
-        (Guards::Ports, Arch::V6M) => &[EXCEPTIONS, SMALL_TICK, LATCH, ALARM, PORTS],
-        (Guards::Ports, _) => &[EXCEPTIONS, TICK, LATCH, ALARM, PORTS],
+        (Guards::Ports, Arch::V6M) => &[EXCEPTIONS, SMALL_TICK, LATCH, ALARM, SOUND, PORTS],
+        (Guards::Ports, _) => &[EXCEPTIONS, TICK, LATCH, ALARM, SOUND, PORTS],
     };
     own.iter().copied().chain([board.tick]).collect()
 }
@@ -322,6 +329,7 @@ const SMALL_FRAME: &[Source<'static>] = &[
     SMALL_TICK,
     LATCH,
     ALARM,
+    SOUND,
     Source {
         name: "firmware/v6m/service.s",
         text: include_str!("v6m/service.s"),

@@ -51,6 +51,8 @@ pub struct ZoneCode {
     pub first_on_core: u32,
     /// Code, state, and where the state has what.
     pub built: Built,
+    /// The cells of what is heard of it: none, one for both sides, or left and right.
+    pub channels: Vec<usize>,
 }
 
 impl ProgramCode {
@@ -231,6 +233,7 @@ impl KeysCompiler<'_> {
             let own = with_values_from(kernel, zone.keys.first);
             zones.push(ZoneCode {
                 built: named(generic, &name).with_keys_of(&own, first_on_core),
+                channels: kernel.channels(),
                 name,
                 of: *zone,
                 first_on_core,
@@ -277,6 +280,7 @@ impl KeysCompiler<'_> {
         let tail = parts.pop();
         let tail = tail.ok_or_else(|| ThumbError::Bug("no tail".to_string()))?;
         let zone = ZoneCode {
+            channels: in_parts.tail().map_or_else(Vec::new, Kernel::channels),
             built: parts::with_names_of_frame(tail.built, &tail.name, &name),
             name: tail.name,
             of,

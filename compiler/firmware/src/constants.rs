@@ -5,11 +5,13 @@ use std::collections::BTreeMap;
 use whippen_arm::thumb::Built;
 use whippen_isa::Arch;
 use whippen_isa::imm::thumb_shrink_imm;
+use whippen_kernel::FULL_SCALE;
 
 use super::code::{CoreCode, ProgramCode, is_latched, is_split};
 use super::image::has_helper;
 use super::offsets::assembly_constants;
 use super::ports::Guards;
+use super::sound::channels;
 use super::{FirmwareError, Motor, Passivity, Setup, Support, drive_offset_bytes};
 
 /// What the offset of a load reaches.
@@ -89,6 +91,9 @@ pub fn constants(
     put("GAIN", GAIN.into());
     put("ZONES", is_split(programs).into());
     put("LATCH", is_latched(programs).into());
+    put("SOUND", channels(programs).into());
+    put("FULL_SCALE", FULL_SCALE as u64);
+    put("PROGRAMS", programs.len() as u64);
     put("FIRST_NOTE", setup.first_note.into());
     let turns = match setup.guards() {
         Guards::Keys => TURNS,

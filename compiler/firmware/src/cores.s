@@ -27,8 +27,11 @@ core0:  .word   core0_tick, core0_state
         .word   0, 0, 0, 0, -1, 0       @ tick, alarm, missed, faults, the key that is faulty, turn
         .word   0, 0, RAMP              @ its first key, this tick's row, ticks of ramps that are left
         .word   program0_core0, program0_core0, 0 @ the program that plays, the one that is wanted, keys that have begun
-        .if     LATCH
+        .if     LATCH + SOUND
         .word   0, 0, 0                 @ a live value that is set: its tick, its word, it
+        .endif
+        .if     SOUND
+        .word   0                       @ samples that were clipped
         .endif
 alarm:  .word   0                       @ goes up with every missed tick of either core
 
@@ -60,6 +63,22 @@ words0: .space  4 * DISTANCE0
         .balign 4
         .global words1
 words1: .space  4 * DISTANCE1
+        .endif
+
+@ Sums of samples, of two ticks in turn (sound.s), and what is read of keys without sound.
+        .if     SOUND
+        .section .bss.near.core0.sound, "aw", %nobits
+        .balign 4
+        .global sound0, mute0
+sound0: .space  64
+mute0:  .space  4
+        .if     CORES > 1
+        .section .bss.near.core1.sound, "aw", %nobits
+        .balign 4
+        .global sound1, mute1
+sound1: .space  64
+mute1:  .space  4
+        .endif
         .endif
 
         .section .bss.core0.guards, "aw", %nobits

@@ -20,6 +20,7 @@ use super::code::{ProgramCode, compile_keys, is_latched};
 use super::near::{check_stack, place_near};
 use super::parts::{Cut, InParts};
 use super::ports::Guards;
+use super::sound::channels;
 use super::{FirmwareError, Midi, RUNNING, Setup, Unsupported, objects, support};
 
 /// An image that starts by itself, and where the states of its keys have what.
@@ -56,9 +57,16 @@ impl FirmwareImage {
                 own + 4 * (zones.max().unwrap_or(1) as u32 - 1)
             }
             // Whether a live value waits, then its word and itself, in two rounds; its tick. Such
-            // a round looks for no program, and that is two words less.
-            _ if is_latched(&self.programs) => own + 2 + 1,
-            _ => own,
+            // a round looks for no program, and that is two words less. A sum of samples and its
+            // tick, in two ticks.
+            _ => {
+                let live_values = if is_latched(&self.programs) { 2 + 1 } else { 0 };
+                let sound = match channels(&self.programs) {
+                    0 => 0,
+                    channels => 2 * (1 + 2 * channels),
+                };
+                own + live_values + sound
+            }
         }
     }
 

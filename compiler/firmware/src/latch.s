@@ -20,14 +20,14 @@ latch:  lsls    r3, r0, #1
         adds    r3, #4
         str     r3, [r4, #C_LATCH]
         str     r3, [r5, #C_LATCH]
-        b       latched
+        b       7b
         .endif
 1:      subs    r3, r3, r2
-        bmi     latched
+        bmi     7b
         ldr     r2, [r4, #C_WHERE]
         ldr     r3, [r4, #C_VALUE]
         str     r3, [r2]
         movs    r3, #0
         str     r3, [r4, #C_LATCH]
-        b       latched
+        b       7b
         .endif

@@ -26,6 +26,7 @@ mod offsets;
 mod parts;
 mod ports;
 mod running;
+mod sound;
 mod tables;
 mod zones;
 
@@ -41,6 +42,7 @@ pub use offsets::{FAULTS, Fault, core_block, key_guard};
 pub use parts::{Cut, FINISHED, InParts, MEMBERS, POLL, PartCode, WAIT, WENT};
 pub use ports::{GuardedDrive, GuardedPort};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
+pub use sound::{mute_name, sound_table_name};
 pub use whippen_parts::Role;
 pub use zones::zone_name;
 

@@ -13,7 +13,7 @@ use super::constants::constants;
 use super::image::has_helper;
 use super::ports::Guards;
 use super::{CORES, FirmwareError, Instrument, Setup, drive_offset_bytes, keys_name};
-use super::{parts, ports, tables, zones};
+use super::{parts, ports, sound, tables, zones};
 
 /// The objects of a firmware, to be linked with those of the keys of all programs. The image begins
 /// at `reset`, with the first program.
@@ -118,6 +118,13 @@ pub fn sources<'a>(board: &Support<'a>, setup: &Setup) -> Vec<Vec<Source<'a>>> {
 /// The tables of programs, and the calls of zones where some core has several, as assembly.
 fn tables(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<String> {
     let mut texts = vec![tables::assembly(programs, instruments)];
+    let channels = sound::channels(programs);
+    if channels > 0 {
+        for (number, program) in programs.iter().enumerate() {
+            let of_core = |core| sound::table_as_assembly(core, number, channels);
+            texts.extend(program.cores.iter().map(of_core));
+        }
+    }
     if !is_split(programs) {
         return texts;
     }
@@ -163,7 +170,7 @@ fn symbol_of_core(symbol: &str, core: usize) -> String {
         "block" => CORES[core].to_string(),
         "entry" => ["reset", "core1_start"][core].to_string(),
         "exceptions" => format!("vectors{core}"),
-        "guards" | "ledger" => format!("{symbol}{core}"),
+        "guards" | "ledger" | "sound" => format!("{symbol}{core}"),
         other => other.to_string(),
     }
 }

@@ -44,6 +44,7 @@ offsets! {
         LATCH = 76, "The tick of a live value that is set.";
         WHERE = 80, "Its word on this core.";
         VALUE = 84, "The value.";
+        CLIPPED = 88, "Samples of all keys together that were beyond full scale.";
     }
     /// Offsets in a key's guard (bytes).
     key_guard, "G_" {
@@ -64,6 +65,7 @@ offsets! {
         RECORDS = 24, "The record of the first key.";
         END = 28, "Behind the record of the last key.";
         READER = 32, "What the reader of its events knows.";
+        SOUND = 36, "Where each key's samples are.";
     }
     /// Offsets in what the reader of a zone's events knows (bytes).
     reader, "R_" {

@@ -26,6 +26,7 @@ use std::fmt::Write;
 
 use whippen_arm::image::Symbol;
 use whippen_arm::thumb::{Built, ThumbError};
+use whippen_kernel::Kernel;
 use whippen_modes::Modes;
 use whippen_parts::{Of, Parts, Role};
 
@@ -75,6 +76,11 @@ pub const POLL: [&str; 2] = ["core1_poll", "core1_wait"];
 pub const FINISHED: &str = "core1_finished";
 
 impl InParts {
+    /// The kernel of the tail.
+    pub fn tail(&self) -> Option<&Kernel> {
+        self.parts.parts.last().map(|part| &part.kernel)
+    }
+
     /// The core of every part, on so many: the most expensive member first, each to the core that
     /// has least, by these cycles. With one core, or nothing to divide, all are on core 0.
     pub fn divided(&self, cores: usize, cycles: impl Fn(usize) -> u64) -> Vec<usize> {

@@ -55,6 +55,8 @@ pub const PARTS: &[(&str, &str)] = &[
     ("tick_core0", "which tick, which words"),
     ("tick_core1", "which tick, which words"),
     ("latch", "a live value that is set"),
+    ("send_sound", "what is heard, of all keys"),
+    ("sum_sound", "what is heard, of this core"),
     ("missed", "after a missed tick"),
     ("beginning", BEGINS),
     ("chain_to", BEGINS),

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use whippen_keyboard::{CoreId, ZoneId};
 
 use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
+use super::sound::{channels, sound_table_name};
 use super::{CORES, Instrument, zone_name};
 
 /// The tables as assembly.
@@ -23,7 +24,7 @@ pub(super) fn assembly(programs: &[ProgramCode], instruments: &[Instrument]) -> 
     let mut line = |words: &str| {
         let _ = writeln!(text, "{words}");
     };
-    let split = is_split(programs);
+    let (split, channels) = (is_split(programs), channels(programs));
     line(&format!("programs: .word {}", programs.len()));
     for (number, program) in programs.iter().enumerate() {
         let descriptors = (program.cores.ids()).map(|core| format!("program{number}_core{core}"));
@@ -41,11 +42,25 @@ pub(super) fn assembly(programs: &[ProgramCode], instruments: &[Instrument]) -> 
             "        .section .rodata.near.{name}.programs, \"a\"\n        .balign 4"
         ));
         for (number, program) in programs.iter().enumerate() {
-            line(&descriptor(program.core(core), number, core, split));
+            line(&descriptor(
+                program.core(core),
+                number,
+                core,
+                (split, channels > 0),
+            ));
         }
     }
-    // Looked up by core 1 alone.
-    line("        .section .rodata.core1.tables, \"a\"\n        .balign 4");
+    line(&readers(programs, instruments, split));
+    text
+}
+
+/// What the readers of all programs' events know, and velocities: looked up by core 1 alone.
+fn readers(programs: &[ProgramCode], instruments: &[Instrument], split: bool) -> String {
+    let mut text =
+        String::from("        .section .rodata.core1.tables, \"a\"\n        .balign 4\n");
+    let mut line = |words: &str| {
+        let _ = writeln!(text, "{words}");
+    };
     for (number, program) in programs.iter().enumerate() {
         let readers = Readers {
             program,
@@ -111,7 +126,12 @@ fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<
     all
 }
 
-fn descriptor(code: &CoreCode, number: usize, core: CoreId, split: bool) -> String {
+fn descriptor(
+    code: &CoreCode,
+    number: usize,
+    core: CoreId,
+    (split, has_sound): (bool, bool),
+) -> String {
     let (name, layout) = (&code.name, code.zones[0].layout());
     let label = format!("program{number}_core{core}");
     let places = if split {
@@ -125,9 +145,14 @@ fn descriptor(code: &CoreCode, number: usize, core: CoreId, split: bool) -> Stri
         "        .global {label}
 {label}: .word {block}, {name}_state, {name}_init, {name}_tick, {name}_begin
         .word   {places}
-        .word   {reader}",
+        .word   {reader}{sound}",
         block = CORES[core.index()],
         reader = reader_name(number, core, 0),
+        sound = if has_sound {
+            format!(", {}", sound_table_name(number, core.index()))
+        } else {
+            String::new()
+        },
     )
 }
 

@@ -10,12 +10,17 @@
         .type   tick, %function
 tick:   push    {r4-r11, lr}
         bl      board_begin             @ R0: number of this tick, R1: which half of the buffers
+        .if     SOUND
+        .if     CORE == 0
+        bl      send_sound
+        .endif
+        .endif
         ldr     r4, =block
         .if     LATCH
         ldr     r2, [r4, #C_LATCH]
         cmp     r2, #0
         bne     latch
-latched:
+7:                                      @ latch.s comes back here
         .endif
         ldr     r5, =alarm
         ldr     r2, [r4, #C_TICK]
@@ -36,6 +41,9 @@ latched:
         blx     r3                      @ keeps no register
         bl      board_end
         ldr     r4, =block
+        .if     SOUND
+        bl      sum_sound
+        .endif
         ldr     r10, [r4, #C_ROW]
         .if     PORTS
         b       ports

@@ -333,6 +333,22 @@ pub struct Kernel {
     pub tick: Region,
 }
 
+/// How the name of a cell ends in which the sample of a channel stands when a tick is over. It is a
+/// hard keyword of the language: no name of a program ends so.
+pub const CHANNEL: &str = ".emit";
+
+/// The sample that stands for full scale.
+pub const FULL_SCALE: i64 = 1 << 30;
+
+impl Kernel {
+    /// The cells of its channels: one for both sides, or left and right.
+    pub fn channels(&self) -> Vec<usize> {
+        let cells = self.cells.iter().enumerate();
+        let of_channels = cells.filter(|(_, cell)| cell.name.ends_with(CHANNEL));
+        of_channels.map(|(at, _)| at).collect()
+    }
+}
+
 /// A straight run of instructions; control enters at the top and leaves at the bottom.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Region {

@@ -22,6 +22,7 @@ pub use apply::Declared;
 pub use error::OpError;
 
 use super::memory::Key;
+use crate::Range;
 
 /// What an immediate of an operator stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -151,6 +152,8 @@ pub enum Transfer {
     Wrapping,
     /// As `Corners`, separately for a negative, a zero and a positive second operand.
     Divide,
+    /// As `Divide`, and as much further as roundings reach.
+    Quotient,
     /// 1 for two equal points, 0 for disjoint intervals, else either.
     Equal,
     /// The range that what the immediate names declares.
@@ -279,9 +282,11 @@ operators! {
     SarRound(n: u8 Shift) "sar_round" (N -> N)             Pure Corners  Exact(|n, a, _, _| sar_round(a, n));
     /// Quotient in fixed point, rounding half up: `floor(a * 2^n / b + 1/2)`; 0 where `b` is 0.
     DivRound(n: u8 Shift) "div_round" (I32 I32 -> I32)     Pure Divide   Exact(|n, a, b, _| div_round(a << n, b));
-    /// Quotient with 16 significant bits, saturated: `a * 2^n / b` towards zero, where both `b` and the outcome
-    /// keep their 16 highest bits, up to `2^31 - 1` either way; 0 where `b` is not positive.
-    Quot(n: u8 Shift)     "quot"      (I32 I32 -> I32)     Pure Divide   Exact(|n, a, b, _| quot(a << n, b));
+    /// Quotient for searches, about `a * 2^n / b` with 14 significant bits or more, held to 30
+    /// bits; 0 where `b` is not positive. With the dividend `x` and the divisor moved up as far as
+    /// words reach, and the 16 highest bits `y` of the latter, it is `x / y` towards zero, moved
+    /// back downwards.
+    Quot(n: u8 Shift)     "quot"      (I32 I32 -> I32)     Pure Quotient Exact(|n, a, b, _| quot(a, b, n));
     /// `floor(sqrt(a))`; 0 where `a` is negative.
     Sqrt                  "sqrt"      (I64 -> I32)         Pure Corners  Exact(|_, a, _, _| a.max(0).isqrt());
     /// The same value in 64 bits.
@@ -382,21 +387,25 @@ fn div_round(a: i128, b: i128) -> i128 {
     twice.div_euclid(divisor)
 }
 
-/// `a / b` towards zero with 16 significant bits, from the 16 highest bits of `b`, saturated; 0
-/// where `b` is not positive.
-fn quot(a: i128, b: i128) -> i128 {
+/// `a * 2^n / b` as a word machine finds it: with one division of 32 bits by 16.
+fn quot(a: i128, b: i128, n: i128) -> i128 {
     if b <= 0 {
         return 0;
     }
-    let size = keep_16_bits(a.abs() / keep_16_bits(b));
-    size.min(i32::MAX.into()) * a.signum()
+    let (a, b) = (a as i32, b as i32);
+    // Bits that repeat the sign, but one.
+    let up = (a ^ (a << 1)).leading_zeros();
+    let up_divisor = b.leading_zeros();
+    let dividend = i64::from(a.unbounded_shl(up));
+    let divisor = i64::from((b as u32) << up_divisor >> 16);
+    let top = i128::from(dividend / divisor) << 15;
+    let down = i128::from(up) - i128::from(up_divisor) + 31 - n;
+    let Range { low, high } = QUOTIENTS;
+    (top >> down.max(0)).clamp(low.into(), high.into())
 }
 
-/// The 16 highest bits of what is not negative; those below become 0. It is monotone.
-fn keep_16_bits(a: i128) -> i128 {
-    let below = (128 - a.leading_zeros()).saturating_sub(16);
-    (a >> below) << below
-}
+/// What a quotient for searches is held to.
+const QUOTIENTS: Range = Range::new(-(1 << 29), (1 << 29) - 1);
 
 /// The row with this name.
 pub fn named(name: &str) -> Option<&'static Row> {

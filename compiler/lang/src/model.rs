@@ -12,9 +12,11 @@
 //!
 //! Not here: formats, integers, code.
 
+pub mod curve;
 pub mod dag;
 pub mod fold;
 mod function;
+mod parameter;
 pub mod prime;
 pub mod print;
 mod sound;
@@ -23,6 +25,7 @@ pub mod sweep;
 
 pub use dag::{Balance, Cmp, Dag, Node, NodeId};
 pub use function::Function;
+pub use parameter::{Keyed, Live, Parameter};
 pub use sound::{Delay, DelayId, Noise, NoiseId, Side, Sound, TunedId};
 pub use strand::{End, GridNumber, Push, Reading, Rub, Strand, StrandId};
 
@@ -79,6 +82,8 @@ pub struct Model {
     pub items: Vec<Item>,
     /// What is measured, in the order of the text.
     pub senses: Vec<Sense>,
+    /// Every parameter that is a number, with the value it has here, in the order of first use.
+    pub parameters: Vec<Parameter>,
     /// What the player may turn, in the order of the text.
     pub lives: Vec<Live>,
     /// Parameters with a value per key.
@@ -164,36 +169,6 @@ pub struct Sense {
     /// Largest speed let through, SI units per second.
     pub slew_per_s: Option<f64>,
     /// Where it is declared.
-    pub span: Span,
-}
-
-/// `live param`: a number or a bool.
-#[derive(Debug, Clone)]
-pub struct Live {
-    /// Name.
-    pub name: String,
-    /// What it is: `None` for a bool.
-    pub dim: Option<Dim>,
-    /// Value at the start (SI; bools 0 or 1).
-    pub value: f64,
-    /// Its bounds (SI; 0 .. 1 for a bool).
-    pub range: Interval,
-    /// Where it is declared.
-    pub span: Span,
-}
-
-/// A parameter that the keyboard sets per key.
-#[derive(Debug, Clone)]
-pub struct Keyed {
-    /// Name.
-    pub name: String,
-    /// Its dimension.
-    pub dim: Dim,
-    /// One value per key (SI), in the order of the keys.
-    pub values: Vec<f64>,
-    /// Bounds: those declared, else the smallest interval that holds the values.
-    pub range: Interval,
-    /// Where it is set.
     pub span: Span,
 }
 

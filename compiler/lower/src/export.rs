@@ -34,8 +34,6 @@ pub struct Lowered {
     pub fed: Vec<Fed>,
     /// The Model's strings, what is proven of them, and what they round.
     pub strands: Vec<LoweredStrand>,
-    /// Cells of the Model's channels: what is heard, 2^30 for 1.
-    pub channels: Vec<u32>,
     /// What instructions were made for: [`whippen_kernel::Inst::origin`] is an index.
     pub origins: Vec<Origin>,
 }
@@ -335,21 +333,22 @@ impl Lowerer<'_> {
     /// The terms of the sound, and what is heard of them.
     fn sound_probes(&mut self, exports: &mut Vec<Export>) -> Result<(), OpError> {
         let model = &self.step.model;
-        let terms = model.sounds.iter().enumerate();
-        let terms = terms.map(|(i, s)| {
-            (
-                format!("sound {}", s.name),
-                s.value,
-                ExportKind::Sound(i as u32),
-            )
-        });
-        let names = super::sound::channel_names(model.channels.len());
-        let channels = names.iter().zip(&model.channels).enumerate();
-        let channels =
-            channels.map(|(i, (name, v))| ((*name).to_string(), *v, ExportKind::Channel(i as u32)));
-        for (name, value, kind) in terms.chain(channels) {
-            let (real, range) = (self.real(value)?, self.ranges.get(value));
+        for (index, sound) in model.sounds.iter().enumerate() {
+            let (name, kind) = (
+                format!("sound {}", sound.name),
+                ExportKind::Sound(index as u32),
+            );
+            let (real, range) = (self.real(sound.value)?, self.ranges.get(sound.value));
             exports.push(self.probe(&name, kind, Some(Dim::NUMBER), real, range)?);
+        }
+        let names = super::sound::channel_names(model.channels.len());
+        for (index, (name, node)) in names.iter().zip(&model.channels).enumerate() {
+            // The very word that a firmware plays.
+            if let Some(sample) = self.channels[index].sample {
+                let kind = ExportKind::Channel(index as u32);
+                let range = self.ranges.get(*node);
+                exports.push(self.probe(name, kind, Some(Dim::NUMBER), sample, range)?);
+            }
         }
         Ok(())
     }

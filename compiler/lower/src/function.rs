@@ -280,7 +280,7 @@ impl Lowerer<'_> {
     }
 
     /// The table of these rows, one for all that ask for the same.
-    fn table(&mut self, name: &str, rows: &[f64], lsb: f64) -> u32 {
+    pub(super) fn table(&mut self, name: &str, rows: &[f64], lsb: f64) -> u32 {
         let values: Vec<i32> = rows.iter().map(|c| quantize(*c, lsb) as i32).collect();
         if let Some(&known) = self.tables.get(&values) {
             return known;

@@ -21,6 +21,7 @@ mod chain;
 mod clamp;
 mod commit;
 mod convert;
+mod curve;
 mod delay;
 mod export;
 mod format;
@@ -103,8 +104,10 @@ struct Lowerer<'a> {
     noises: IdMap<NoiseId, u32>,
     /// Cells and words of strings.
     strands: strand::Strands,
-    /// Cells of channels.
-    channels: Vec<u32>,
+    /// What is heard.
+    channels: Vec<sound::Channel>,
+    /// Curves so far, with their slopes.
+    curves: curve::Curves,
     /// Tables of functions, by what is in them.
     tables: HashMap<Vec<i32>, u32>,
     lives: Vec<(u32, f64)>,
@@ -135,6 +138,7 @@ impl<'a> Lowerer<'a> {
             noises: IdMap::new(),
             strands: strand::Strands::default(),
             channels: Vec::new(),
+            curves: curve::Curves::default(),
             tables: HashMap::new(),
             lives: Vec::new(),
             keyed: Vec::new(),
@@ -180,7 +184,6 @@ impl<'a> Lowerer<'a> {
             updates,
             fed,
             strands,
-            channels: self.channels,
             origins,
         })
     }

@@ -10,7 +10,8 @@
 //! * What the ranges decide is gone: a `max` that never bites, a comparison that always holds.
 //! * Comparisons compare a value with a constant where they can: the threshold is scaled, not the
 //!   value.
-//! * The steps by which frictions are solved are written out.
+//! * The steps by which frictions are solved are written out; what of a law one value decides is a
+//!   curve.
 //! * The step of every body is written out (rule 3: rate first, then coordinate), so it takes part
 //!   in all this.
 //!
@@ -18,6 +19,7 @@
 //! by more than rounding.
 
 mod choice;
+mod curve;
 mod friction;
 mod linear;
 mod rewrite;
@@ -52,10 +54,13 @@ pub fn simplify(model: &Model, ranges: Ranges) -> Result<(Step, Ranges), Vec<Dia
     let mut model = model.clone();
     let (rates, coordinates) = integrate(&mut model);
     let drives = sums(&mut model);
-    // That the step is bounded is all that is asked of them: the new graph is bounded by itself.
+    let ranges = ranges.extended_to(&model)?;
+    let curved = curve::curved(&mut model, &ranges);
+    // That the step is bounded is all that is asked of it: the new graph is bounded by itself.
     drop(ranges.extended_to(&model)?);
 
-    let mut rewriter = Rewriter::new(&model, roots(&model, &rates, &coordinates, &drives));
+    let roots = roots(&model, &rates, &coordinates, &drives);
+    let mut rewriter = Rewriter::new(&model, roots, curved);
     let rates = rates.iter().map(|&n| rewriter.node(n)).collect();
     let coordinates = coordinates.iter().map(|&n| rewriter.node(n)).collect();
     let drives = drives.iter().map(|&n| rewriter.node(n)).collect();

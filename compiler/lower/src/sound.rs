@@ -2,11 +2,16 @@
 
 use super::Lowerer;
 use super::format::exp2;
-use super::real::Scale;
-use whippen_kernel::{Op, OpError, Range, Type};
+use super::real::{Real, Scale};
+use whippen_kernel::{CHANNEL, FULL_SCALE, Op, OpError, Range, Type};
 
-/// What stands for 1.
-const FULL_SCALE: i64 = 1 << 30;
+/// A channel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Channel {
+    cell: u32,
+    /// This tick's sample, once it is made.
+    pub sample: Option<Real>,
+}
 
 /// The channels by name.
 pub(super) fn channel_names(channels: usize) -> &'static [&'static str] {
@@ -22,8 +27,10 @@ impl Lowerer<'_> {
     pub(super) fn declare_channels(&mut self) {
         let range = Range::new(-FULL_SCALE, FULL_SCALE);
         for name in channel_names(self.step.model.channels.len()) {
-            let cell = self.b.cell(&format!("{name}.emit"), Type::I32, range, 0);
-            self.channels.push(cell);
+            let cell = self
+                .b
+                .cell(&format!("{name}{CHANNEL}"), Type::I32, range, 0);
+            self.channels.push(Channel { cell, sample: None });
         }
     }
 
@@ -32,9 +39,11 @@ impl Lowerer<'_> {
         for (index, node) in self.step.model.channels.iter().enumerate() {
             let real = self.real(*node)?;
             let range = Range::new(-FULL_SCALE, FULL_SCALE);
-            let kept = self.saturated(real, Scale::plain(exp2(-30)), range)?;
-            self.b
-                .effect(Op::Set(self.channels[index]), &[kept.value])?;
+            let lsb = exp2(-30);
+            let kept = self.saturated(real, Scale::plain(lsb), range)?;
+            let channel = &mut self.channels[index];
+            self.b.effect(Op::Set(channel.cell), &[kept.value])?;
+            channel.sample = Some(Real::new(kept.value, lsb, kept.error));
         }
         Ok(())
     }

@@ -111,7 +111,9 @@ impl Lowerer<'_> {
             }
             Node::Mul(a, b) => self.product(a, b, lsb),
             Node::Div(a, b) => self.quotient(a, b, lsb),
-            Node::Ratio(a, b, _) => self.ratio(a, b, lsb),
+            Node::Ratio(a, b, limit) => self.ratio(a, b, lsb.max(limit.0 / exp2(29))),
+            Node::Curve(ref curve, x) => Ok(self.curve(curve, x)?[0]),
+            Node::Incline(ref curve, x) => Ok(self.curve(curve, x)?[1]),
             Node::Min(a, b) => self.of_two(Op::Min, a, b, lsb),
             Node::Max(a, b) => self.of_two(Op::Max, a, b, lsb),
             Node::Abs(a) => self.absolute(a, lsb),
@@ -326,8 +328,9 @@ impl Lowerer<'_> {
         }
     }
 
-    /// A quotient with 16 significant bits, of what is divided by something above zero. Its error
-    /// is none: it is the step of a search, whose outcome has no bound.
+    /// A quotient with 14 significant bits, of what is divided by something above zero, in units
+    /// in which 30 bits hold its limit. Its error is none: it is the step of a search, whose
+    /// outcome has no bound.
     fn ratio(&mut self, a: NodeId, b: NodeId, lsb: f64) -> Result<Real, OpError> {
         let (ra, rb) = (self.real(a)?, self.real(b)?);
         let (ra, rb) = (self.plain(ra)?, self.plain(rb)?);

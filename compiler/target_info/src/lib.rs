@@ -92,7 +92,7 @@ pub const fn row(op: Op) -> Row {
         Op::SarRound(32) => new([2, 1], AtOnlyUser, Stays),
         Op::SarRound(_) => new([2, 2], AtOnlyUser, Stays),
         Op::DivRound(_) => new([40, 40], InPlace, Hoisted),
-        Op::Quot(_) => new([20, 20], InPlace, Hoisted),
+        Op::Quot(_) => new([16, 16], InPlace, Hoisted),
         Op::Sqrt => new([100, 100], InPlace, Hoisted),
         Op::Widen => new([1, 1], InPlace, Stays),
         Op::Assume(..) => new([0, 0], WithOperand, Stays),

@@ -22,6 +22,8 @@
 //! | 0x20 | OVERRUNS | ticks that came too early |
 //! | 0x24 | SPLIT | from this key on, words lie in buffers of their own (reset: above all keys) |
 //! | 0x28, 0x2c, 0x30 | SENSE1, DRIVE1, HALF1 | theirs, as 0x0c to 0x14 |
+//! | 0x34 | LEFT | a sample of the left channel, signed |
+//! | 0x38 | RIGHT | one of the right channel; both leave |
 
 use std::collections::VecDeque;
 
@@ -49,6 +51,10 @@ pub struct Converter {
     pub recording: bool,
     /// Drive words so far: KEYS per tick, from the second tick on. Take them whenever you like.
     pub drives: Vec<i16>,
+    /// Whether samples of the sound are kept for the host.
+    pub listening: bool,
+    /// Samples so far, left and right. Take them whenever you like.
+    pub heard: Vec<[i32; 2]>,
     /// What the register TICKS shows more than there were: even. A board that has played for days.
     pub ticks_before: u32,
     clock_hz: u64,
@@ -69,6 +75,8 @@ pub struct Converter {
     /// Cores that have not acknowledged.
     waiting: u32,
     last: Vec<u16>,
+    /// Left and right.
+    samples_out: [u32; 2],
 }
 
 impl Converter {
@@ -77,6 +85,8 @@ impl Converter {
             samples: VecDeque::new(),
             recording: false,
             drives: Vec::new(),
+            listening: false,
+            heard: Vec::new(),
             ticks_before: 0,
             clock_hz: u64::from(clock_hz),
             interrupt,
@@ -93,6 +103,7 @@ impl Converter {
             given: 0,
             waiting: 0,
             last: Vec::new(),
+            samples_out: [0; 2],
         }
     }
 
@@ -219,6 +230,15 @@ impl Converter {
         self.overrun &= value & OVERRUN == 0;
     }
 
+    /// The sample of the right channel comes, and both are heard.
+    fn play(&mut self, right: u32) {
+        self.samples_out[1] = right;
+        if self.listening {
+            self.heard
+                .push(self.samples_out.map(|sample| sample as i32));
+        }
+    }
+
     fn enable(&mut self, control: u32, cycle: u64) {
         let begins = control & ENABLE != 0 && self.control & ENABLE == 0;
         self.control = control & 0x303;
@@ -249,6 +269,8 @@ impl Device for Converter {
             0x28 => self.buffers[1].sense,
             0x2c => self.buffers[1].drive,
             0x30 => self.buffers[1].half,
+            0x34 => self.samples_out[0],
+            0x38 => self.samples_out[1],
             _ => return Err(BusError),
         };
         Ok(alias::part(access.offset, word))
@@ -269,6 +291,8 @@ impl Device for Converter {
             0x28 => self.buffers[1].sense = whole(self.buffers[1].sense),
             0x2c => self.buffers[1].drive = whole(self.buffers[1].drive),
             0x30 => self.buffers[1].half = whole(self.buffers[1].half),
+            0x34 => self.samples_out[0] = whole(self.samples_out[0]),
+            0x38 => self.play(whole(self.samples_out[1])),
             _ => return Err(BusError),
         }
         self.interrupts(bus);

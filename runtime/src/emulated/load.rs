@@ -37,7 +37,7 @@ impl CoreLoad {
 
 /// Measures frames: from the converter's request, which comes before the interrupt is entered, to
 /// the code that goes on.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Frames {
     /// The cycle in which each core went on.
     resumed: [u64; 2],

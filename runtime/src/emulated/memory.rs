@@ -10,6 +10,27 @@ impl Emulated {
         self.word(self.symbol(CORES[core])? + offset)
     }
 
+    /// So many words of a cell of the first key of whoever has a cell of this name.
+    pub(crate) fn cell_words(&self, name: &str, count: usize) -> Result<Vec<i32>, String> {
+        for core in self.cores() {
+            for zone in self.zones(core) {
+                let kernel = &self.kernels[self.program().instrument_of(zone).index()];
+                let cell = kernel.cells.iter().position(|cell| cell.name == name);
+                let Some(at) = cell.and_then(|cell| zone.layout().cell(0, cell)) else {
+                    continue;
+                };
+                let mut bytes = vec![0; 4 * count];
+                self.read(self.state_of(zone)? + at, &mut bytes)?;
+                let word = |four: &[u8]| four.iter().rev().fold(0, |w, b| w << 8 | u32::from(*b));
+                return Ok(bytes
+                    .chunks_exact(4)
+                    .map(|four| word(four) as i32)
+                    .collect());
+            }
+        }
+        Err(format!("the board has no cell `{name}`"))
+    }
+
     /// Where the state of a zone's keys is.
     pub(super) fn state_of(&self, zone: &ZoneCode) -> Result<u32, String> {
         self.symbol(&format!("{}_state", zone.name))

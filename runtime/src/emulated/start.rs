@@ -1,7 +1,7 @@
 //! The start of a board: its cores begin, force comes up, and the keys go back to their beginning.
 
 use whippen_compiler::firmware::CORES;
-use whippen_compiler::thumb::StateLayout;
+use whippen_compiler::thumb::Built;
 
 use super::{Emulated, Frames};
 
@@ -10,6 +10,13 @@ const START_TICKS: u32 = 44_100;
 
 /// The gain of a key with all its force.
 const GAIN_ONE: u32 = 1 << 16;
+
+/// What the keys of a zone remember.
+#[derive(Debug, Clone)]
+struct ZoneMemory {
+    state: Vec<u8>,
+    histories: Vec<u8>,
+}
 
 impl Emulated {
     /// Starts the board, lets force come up, puts the keys back to their beginning.
@@ -20,7 +27,7 @@ impl Emulated {
         entries
             .iter()
             .for_each(|&entry| self.machine.set_breakpoint(entry));
-        let mut fresh: Vec<Option<Vec<Vec<u8>>>> = vec![None; entries.len()];
+        let mut fresh: Vec<Option<Vec<ZoneMemory>>> = vec![None; entries.len()];
         while fresh.iter().any(Option::is_none) {
             if let Some(core) = self.slice(10_000)? {
                 self.machine.clear_breakpoint(entries[core]);
@@ -35,12 +42,12 @@ impl Emulated {
         }
         for (core, states) in fresh.into_iter().flatten().enumerate() {
             for (at, state) in states.into_iter().enumerate() {
-                let (name, layout) = self.pieces(core)[at].clone();
-                self.put_back(&name, &layout, state)?;
+                let piece = self.pieces(core).swap_remove(at);
+                self.put_back(&piece, state)?;
             }
         }
         self.frames = Frames::default();
-        Ok(())
+        self.begin_sound()
     }
 
     fn begins(&mut self) -> Result<(), String> {
@@ -52,29 +59,42 @@ impl Emulated {
         }
     }
 
-    /// What has a state: the zones of a core, and the parts of an instrument with core 0's.
-    fn pieces(&self, core: usize) -> Vec<(String, StateLayout)> {
+    /// What has a memory: the zones of a core, and the parts of an instrument with core 0's.
+    fn pieces(&self, core: usize) -> Vec<(String, Built)> {
         let zones = self.zones(core).iter();
-        let zones = zones.map(|zone| (zone.name.clone(), zone.layout().clone()));
+        let zones = zones.map(|zone| (zone.name.clone(), zone.built.clone()));
         let parts = self.program().parts().filter(|_| core == 0);
-        let parts = parts.map(|part| (part.name.clone(), part.built.layout.clone()));
+        let parts = parts.map(|part| (part.name.clone(), part.built.clone()));
         zones.chain(parts).collect()
     }
 
-    /// A state, with all gains at 1.
+    /// What a piece remembers, with all gains at 1.
     fn put_back(
         &mut self,
-        name: &str,
-        layout: &StateLayout,
-        mut state: Vec<u8>,
+        (name, built): &(String, Built),
+        mut memory: ZoneMemory,
     ) -> Result<(), String> {
-        for key in 0..layout.keys() {
-            if let Some(gain) = layout.gain(key) {
-                state[gain as usize..][..4].copy_from_slice(&GAIN_ONE.to_le_bytes());
+        for key in 0..built.keys() {
+            if let Some(gain) = built.layout.gain(key) {
+                memory.state[gain as usize..][..4].copy_from_slice(&GAIN_ONE.to_le_bytes());
             }
         }
         let to = self.symbol(&format!("{name}_state"))?;
-        self.write(to, &state)
+        self.write(to, &memory.state)?;
+        match self.histories_of(name, built)? {
+            Some((to, _)) => self.write(to, &memory.histories),
+            None => Ok(()),
+        }
+    }
+
+    /// Where the histories and delay lines of a piece are, and how many bytes they have.
+    fn histories_of(&self, name: &str, built: &Built) -> Result<Option<(u32, u32)>, String> {
+        let name = format!("{name}_histories");
+        let mut symbols = built.object.symbols.iter();
+        let found = symbols.find(|symbol| symbol.name == name);
+        found
+            .map(|symbol| Ok((self.symbol(&name)?, symbol.size)))
+            .transpose()
     }
 
     /// Whether all keys of a core have all their force.
@@ -90,13 +110,18 @@ impl Emulated {
         Ok(true)
     }
 
-    /// The states of a core's pieces.
-    fn states(&self, core: usize) -> Result<Vec<Vec<u8>>, String> {
-        let state = |(name, layout): &(String, StateLayout)| {
-            let mut state = vec![0; layout.size() as usize];
+    /// What the pieces of a core remember.
+    fn states(&self, core: usize) -> Result<Vec<ZoneMemory>, String> {
+        let memory = |(name, built): &(String, Built)| {
+            let mut state = vec![0; built.layout.size() as usize];
             self.read(self.symbol(&format!("{name}_state"))?, &mut state)?;
-            Ok(state)
+            let mut histories = Vec::new();
+            if let Some((at, bytes)) = self.histories_of(name, built)? {
+                histories.resize(bytes as usize, 0);
+                self.read(at, &mut histories)?;
+            }
+            Ok(ZoneMemory { state, histories })
         };
-        self.pieces(core).iter().map(state).collect()
+        self.pieces(core).iter().map(memory).collect()
     }
 }

@@ -1,7 +1,19 @@
 //! The experiments that come with Whippen: names of files in `instruments/experiments/`, and
 //! texts.
 
-/// All of them, in the order of the paper.
+/// Programs that only they play.
+pub const PROGRAMS: &[(&str, &str)] = &[
+    (
+        "bowed-string.whip",
+        include_str!("../../../instruments/experiments/bowed-string.whip"),
+    ),
+    (
+        "friction-law.whip",
+        include_str!("../../../instruments/experiments/friction-law.whip"),
+    ),
+];
+
+/// All of them, in the order of the papers.
 pub const EXPERIMENTS: &[(&str, &str)] = &[
     (
         "figure-4.toml",
@@ -46,5 +58,17 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
     (
         "hammond.toml",
         include_str!("../../../instruments/experiments/hammond.toml"),
+    ),
+    (
+        "friction-law.toml",
+        include_str!("../../../instruments/experiments/friction-law.toml"),
+    ),
+    (
+        "helmholtz.toml",
+        include_str!("../../../instruments/experiments/helmholtz.toml"),
+    ),
+    (
+        "schelleng.toml",
+        include_str!("../../../instruments/experiments/schelleng.toml"),
     ),
 ];

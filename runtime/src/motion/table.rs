@@ -62,6 +62,11 @@ impl Rows {
         Ok(more.then_some(self.line))
     }
 
+    /// What stands in a column (counted from 0) of the present row.
+    pub fn text(&self, column: usize) -> &str {
+        self.record.get(column).unwrap_or("")
+    }
+
     /// The number in a column (counted from 0) of the present row.
     ///
     /// # Errors

@@ -79,7 +79,10 @@ pub fn read_ports(
 }
 
 /// Reads the column of time, and those that are found by their titles.
-fn read_columns(
+///
+/// # Errors
+/// As [`read`]; what `find_in` says.
+pub fn read_columns(
     path: &Path,
     find_in: impl FnOnce(&[String]) -> Result<Vec<(usize, Unit)>, String>,
     limit: usize,

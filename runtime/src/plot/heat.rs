@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::axis::Axis;
-use super::drawing::{Anchor, Colour, Drawing};
+use super::drawing::{Anchor, Colour, Drawing, Point};
 use super::frame::{
-    BLACK, DARK, GREY, LEFT, LEGEND, RIGHT, TEXT, WIDTH, abscissa, level_grid, shortened,
-    upright_grid,
+    BLACK, DARK, GREY, LEADING, LEFT, LEGEND, RIGHT, TEXT, WIDTH, abscissa, legend, level_grid,
+    shortened, upright_grid,
 };
-use super::save_drawing;
+use super::{Curve, save_drawing};
 use crate::files::FileError;
 
 /// Height of the field.
@@ -17,6 +17,8 @@ const HEIGHT: f64 = 400.0;
 const TOP: f64 = 66.0;
 /// Half the side of a point.
 const POINT: f64 = 5.0;
+/// Lines over the field.
+const INKS: [Colour; 3] = [0x22_22_88, 0x11_77_33, 0x88_22_55];
 /// Steps of the scale.
 const STEPS: usize = 64;
 
@@ -41,6 +43,8 @@ pub struct HeatMap {
     pub grid: Option<(usize, usize)>,
     /// Places and values; one that is not there is left white.
     pub points: Vec<(f64, f64, Option<f64>)>,
+    /// Lines over it.
+    pub lines: Vec<Curve>,
 }
 
 impl HeatMap {
@@ -92,11 +96,34 @@ impl HeatMap {
         if self.grid.is_none() {
             cell(&mut page);
         }
+        self.curves(&mut page, (&x, &y), bottom);
         abscissa(&mut page, &x, bottom, self.abscissa.clone());
         if low <= high {
             self.scale(&mut page, (low, high));
         }
         page
+    }
+
+    /// The lines, as far as they are in the field, and their names below the scale.
+    fn curves(&self, page: &mut Drawing, (x, y): (&Axis, &Axis), bottom: f64) {
+        for (row, curve) in self.lines.iter().enumerate() {
+            let ink = INKS[row % INKS.len()];
+            let place = |(right, up): &(f64, f64)| (x.place(*right), y.place(*up));
+            let places: Vec<_> = curve.points.iter().map(place).collect();
+            for pair in places.windows(2) {
+                if let Some((from, to)) = within(pair[0], pair[1], (TOP, bottom)) {
+                    page.line(vec![from, to], 0xff_ff_ff, 3.6);
+                    page.line(vec![from, to], ink, 2.0);
+                }
+            }
+            legend(
+                page,
+                TOP + 240.0 + row as f64 * LEADING,
+                &curve.name,
+                Some(ink),
+                2.0,
+            );
+        }
     }
 
     /// The colours with their values, at the right.
@@ -117,6 +144,18 @@ impl HeatMap {
             page.text((LEGEND + 24.0, at + 3.8), Anchor::Start, TEXT, DARK, label);
         }
     }
+}
+
+/// The part of a line between two heights.
+fn within(a: Point, b: Point, (top, bottom): (f64, f64)) -> Option<(Point, Point)> {
+    let at = |y: f64| (a.0 + (b.0 - a.0) * (y - a.1) / (b.1 - a.1), y);
+    let end = |p: Point| match p.1 {
+        y if y < top => at(top),
+        y if y > bottom => at(bottom),
+        _ => p,
+    };
+    let is_beyond = a.1.max(b.1) < top || a.1.min(b.1) > bottom;
+    (!is_beyond).then(|| (end(a), end(b)))
 }
 
 /// An axis around places; of a grid with half a cell beyond them.

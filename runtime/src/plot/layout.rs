@@ -3,8 +3,9 @@
 use super::drawing::{Anchor, Drawing};
 use super::frame::{BLACK, LEFT, WIDTH, abscissa};
 use super::time::Clock;
-use super::{Figure, Machine, Series, bands, path, spectrum, time};
+use super::{Figure, Machine, Series, bands, path, spectrum, time, vibration};
 use crate::spectrogram::Spectrogram;
+use crate::vibration::{Shapes, Vibration};
 
 /// Room for the title.
 const TITLE: f64 = 40.0;
@@ -28,6 +29,12 @@ pub fn draw(figure: &Figure) -> Drawing {
     );
     let clock = Clock::new(figure.start_s, figure.ticks(), figure.rate_hz);
     let mut bottom = over_time(&mut page, figure, &clock);
+    for (of, window) in moving(figure) {
+        let top = bottom + GAP;
+        let time_s = |tick: usize| clock.start_s + tick as f64 / clock.rate_hz;
+        vibration::draw(&mut page, top, (of, window), time_s);
+        bottom = top + vibration::HEIGHT + LABELS;
+    }
     let force = figure.total.as_ref().or(figure.forces.first());
     if let (Some(travel), Some(force)) = (&figure.travel, force) {
         let top = bottom + GAP;
@@ -42,6 +49,16 @@ pub fn draw(figure: &Figure) -> Drawing {
     }
     page.height = (bottom + 10.0).ceil();
     page
+}
+
+/// So many strings are drawn, the first that move.
+const STRINGS_MAX: usize = 6;
+
+/// The strings that move, each in the window in which it moves most.
+fn moving<'a>(figure: &'a Figure) -> impl Iterator<Item = (&'a Vibration, &'a Shapes)> {
+    let strings = figure.vibrations.iter();
+    let moving = strings.filter_map(|string| Some((*string, string.loudest()?)));
+    moving.take(STRINGS_MAX)
 }
 
 /// The panels that share the axis of time; gives the place below its labels.

@@ -122,7 +122,7 @@ function rollOf(host, id) {
   return group;
 }
 
-const makers = { chart: chartOf, keys: rollOf };
+const makers = { chart: chartOf, keys: rollOf, strings: stringsOf };
 
 /** Brings a section to life, once. */
 function enliven(section) {

@@ -19,6 +19,7 @@ const SCRIPTS: &[&str] = &[
     include_str!("bands.js"),
     include_str!("loop.js"),
     include_str!("roll.js"),
+    include_str!("strings.js"),
     include_str!("tables.js"),
     include_str!("page.js"),
 ];

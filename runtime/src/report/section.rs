@@ -9,6 +9,7 @@ use whippen_compiler::pipeline::Compiled;
 
 use super::chart::chart;
 use super::html::{Cell, Row, Table, escape};
+use super::strings::strings;
 use crate::device::Device;
 use crate::engine::EngineKind;
 use crate::plot::frame::{heading, moved, shown};
@@ -86,7 +87,9 @@ impl Section {
                 .iter()
                 .map(|(count, what)| format!("{count} of {} ticks {what}", run.counts.ticks))
                 .collect(),
-            data: vec![("chart", chart(&figure(compiled, run)))],
+            data: std::iter::once(("chart", chart(&figure(compiled, run))))
+                .chain(strings(&run.trace).map(|strings| ("strings", strings)))
+                .collect(),
             tables: vec![
                 events(run, session::marked(&compiled.model)),
                 numbers(compiled, run),
@@ -219,8 +222,9 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
 
 /// The figure of a page: that of a plot, with rates and states; or what was chosen.
 fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
+    let roles = session::roles_of_run(compiled, run);
     if run.is_chosen {
-        return session::figure(compiled, run);
+        return Figure::of(&run.trace, &roles);
     }
     let rest = session::titles(compiled, &|kind| match kind {
         ExportKind::Cell(id) => {
@@ -228,11 +232,11 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
         }
         _ => false,
     });
-    let roles = session::roles(compiled);
     Figure::of(
         &run.trace,
         &Roles {
             coordinates: [roles.coordinates, rest].concat(),
+            machines: [roles.machines, session::sticking_titles(compiled)].concat(),
             ..roles
         },
     )

@@ -5,9 +5,11 @@ use whippen_compiler::model::{CellId, CellKind, EmissionId, Model};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::{Dim, unit_suffix};
 
+use super::Run;
 use crate::device::Device;
 use crate::engine::EngineKind;
 use crate::plot::Roles;
+use crate::sticking::{self, FrictionSignal};
 use crate::titles::{identifier, join_title};
 use crate::trace::{Argument, Column, Heading, Trace};
 
@@ -20,6 +22,10 @@ pub enum Signal {
     Export(usize),
     /// What is observed of the body that moves (its index there).
     Body(usize),
+    /// What a friction does (its number among those of the program).
+    Friction(usize, FrictionSignal),
+    /// A chosen point of a string (its index among them).
+    Point(usize),
 }
 
 /// A column that a run can have.
@@ -32,8 +38,9 @@ pub struct Recorded {
 }
 
 /// The columns of a run on an engine: the drives, then senses with their derivatives, the sum of
-/// forces, forces, `let`s, coordinates, rates, states, and what is observed of the body. An engine
-/// without values inside of ticks has the drives alone. A title that occurs again gets a number.
+/// forces, forces, `let`s, coordinates, rates, states, what frictions do, and what is observed of
+/// the body. An engine without values inside of ticks has the drives alone. A title that occurs
+/// again gets a number.
 pub fn recorded(
     compiled: &Compiled,
     device: &Device,
@@ -65,6 +72,8 @@ pub fn recorded(
         };
         (heading, Signal::Export(index))
     }));
+    let frictions = sticking::headings(compiled, kind).into_iter();
+    columns.extend(frictions.map(|(heading, n, signal)| (heading, Signal::Friction(n, signal))));
     let body = body.iter().cloned().enumerate();
     columns.extend(body.map(|(index, heading)| (heading, Signal::Body(index))));
     let mut named: Vec<Recorded> = Vec::new();
@@ -169,6 +178,28 @@ pub fn roles(compiled: &Compiled) -> Roles {
         machines: titles(compiled, &|kind| matches!(kind, ExportKind::Machine(_))),
         mark: marked(model).to_string(),
     }
+}
+
+/// The titles of the columns that say when frictions stick, for which a picture is too coarse.
+pub fn sticking_titles(compiled: &Compiled) -> Vec<String> {
+    let all = sticking::headings(compiled, EngineKind::Jit).into_iter();
+    let states = all.filter(|(.., signal)| *signal == FrictionSignal::State);
+    states.map(|(heading, ..)| heading.title()).collect()
+}
+
+/// The same with the points of strings that were chosen.
+pub fn roles_of_run(compiled: &Compiled, run: &Run) -> Roles {
+    let mut roles = match run.is_chosen {
+        true => roles_of_all(compiled, &run.trace),
+        false => roles(compiled),
+    };
+    let points = run
+        .points
+        .iter()
+        .filter(|title| !roles.coordinates.contains(title));
+    let points: Vec<String> = points.cloned().collect();
+    roles.coordinates.extend(points);
+    roles
 }
 
 /// The same where all columns of a trace are drawn, because they were chosen.

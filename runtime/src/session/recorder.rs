@@ -1,17 +1,21 @@
 //! The recorder: what a run leaves in tables, in a trace and in numbers, tick by tick.
 
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use whippen_compiler::lower::{ExportKind, LoweredEventKind};
 use whippen_compiler::pipeline::Compiled;
 
+use super::between::{self, Between};
 use super::columns::{Recorded, Signal, arguments, choose, event_heading, marked};
 use crate::device::{Device, Drive};
 use crate::engine::{Engine, EngineKind, Happened};
 use crate::files::{FileError, OutputFile};
+use crate::points::Point;
 use crate::record::Record;
 use crate::sound::SoundFile;
 use crate::spectrogram::Spectrogram;
+use crate::sticking::FrictionTally;
 use crate::trace::{Column, EventRow, EventTable, Form, Heading, TickTable, Trace};
 
 /// How much of a run is kept in memory.
@@ -50,6 +54,8 @@ pub struct Recording {
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
     sound: Option<SoundFile>,
+    stop: Option<&'static AtomicBool>,
+    points: Vec<Point>,
 }
 
 impl Recording {
@@ -63,6 +69,8 @@ impl Recording {
             ticks: None,
             events: None,
             sound: None,
+            stop: None,
+            points: Vec::new(),
         }
     }
 
@@ -88,6 +96,30 @@ impl Recording {
     /// Whether its columns were chosen by name.
     pub(super) fn is_chosen(&self) -> bool {
         self.is_chosen
+    }
+
+    /// The same with points of strings, each a column behind the others.
+    #[must_use]
+    pub fn with_points(mut self, points: Vec<Point>) -> Recording {
+        self.columns.extend(between::columns(&points));
+        Recording { points, ..self }
+    }
+
+    /// The titles of their columns.
+    pub(super) fn point_titles(&self) -> Vec<String> {
+        let headings = self.points.iter().map(|point| &point.heading);
+        headings.map(Heading::title).collect()
+    }
+
+    /// The same, which ends with what there is once this is true.
+    #[must_use]
+    pub fn until(self, stop: Option<&'static AtomicBool>) -> Recording {
+        Recording { stop, ..self }
+    }
+
+    /// What ends it early.
+    pub(super) fn stop(&self) -> Option<&'static AtomicBool> {
+        self.stop
     }
 
     /// Every tick of columns.
@@ -219,6 +251,7 @@ pub(super) struct Recorder<'c> {
     heard: Vec<usize>,
     trace: Trace,
     happenings: Happenings,
+    between: Between<'c>,
     /// The event that is a strike.
     marked: &'c str,
     row: Vec<f64>,
@@ -229,7 +262,11 @@ impl<'c> Recorder<'c> {
         compiled: &'c Compiled,
         device: &Device,
         recording: Recording,
+        (ticks, observes): (usize, bool),
     ) -> Recorder<'c> {
+        let draws = recording.keep == Keep::Bounded;
+        let wanted = (recording.points, draws, observes);
+        let between = Between::new(compiled, device, wanted, ticks);
         let sources = recording.columns.iter().map(|c| c.source).collect();
         let mut trace = Trace {
             rate_hz: compiled.model.rate_hz,
@@ -262,9 +299,22 @@ impl<'c> Recorder<'c> {
             heard,
             trace,
             happenings: Happenings::default(),
+            between,
             marked: marked(&compiled.model),
             row: Vec::new(),
         }
+    }
+
+    /// Whether there is a row of a tick.
+    fn has_row(&self, tick: usize) -> bool {
+        let wants = |table: &(PathBuf, TickTable<OutputFile>)| table.1.wants(tick);
+        self.keep != Keep::Nothing || self.ticks.as_ref().is_some_and(wants)
+    }
+
+    /// Looks at what a tick will find.
+    pub(super) fn before(&mut self, engine: &Engine, tick: usize) -> Result<(), String> {
+        let has_row = self.has_row(tick);
+        self.between.before(engine, tick, has_row)
     }
 
     /// What a tick leaves behind.
@@ -276,11 +326,8 @@ impl<'c> Recorder<'c> {
         body: &[f64],
     ) -> Result<(), FileError> {
         let t_s = self.trace.time_s(tick);
-        let has_row = self
-            .ticks
-            .as_ref()
-            .is_some_and(|(_, table)| table.wants(tick));
-        if has_row || self.keep != Keep::Nothing {
+        self.between.after(engine, tick);
+        if self.has_row(tick) {
             self.fill_row(engine, drive, body);
             for (column, value) in self.trace.columns.iter_mut().zip(&self.row) {
                 column.record.push(*value);
@@ -308,6 +355,8 @@ impl<'c> Recorder<'c> {
             Signal::Drive(number) => self.drives[number].force(drive[number]),
             Signal::Export(index) => engine.value(0, index, &exports[index]),
             Signal::Body(index) => body[index],
+            Signal::Friction(number, signal) => self.between.friction(number, signal),
+            Signal::Point(index) => self.between.point(index),
         };
         self.row.clear();
         self.row.extend(self.sources.iter().map(value));
@@ -341,9 +390,18 @@ impl<'c> Recorder<'c> {
         Ok(())
     }
 
+    /// Whether it is listened to.
+    pub(super) fn listens(&self) -> bool {
+        self.sound.is_some()
+    }
+
     /// Ends the tables, which then have their names.
-    pub(super) fn finish(mut self) -> Result<(Trace, Happenings), FileError> {
-        if let Some(sound) = self.sound {
+    pub(super) fn finish(
+        mut self,
+        engine: &mut Engine,
+    ) -> Result<(Trace, Happenings, Vec<FrictionTally>), FileError> {
+        if let Some(mut sound) = self.sound {
+            sound.end(engine)?;
             self.happenings.clipped_samples = sound.finish()?;
         }
         if let Some((path, table)) = self.ticks {
@@ -358,7 +416,9 @@ impl<'c> Recorder<'c> {
         }
         let spectrograms = self.trace.spectrograms.iter_mut();
         spectrograms.for_each(Spectrogram::finish);
-        Ok((self.trace, self.happenings))
+        let (vibrations, frictions) = self.between.finish();
+        self.trace.vibrations = vibrations;
+        Ok((self.trace, self.happenings, frictions))
     }
 }
 

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use whippen_compiler::budget::Bounded;
 
+use crate::cmd::count::count_keys;
 use crate::cmd::proof::{ImageProof, ProgramReport};
 use crate::cmd::setup::symbol_prefix;
 
@@ -19,10 +20,10 @@ impl ImageProof<'_> {
         };
         let _ = writeln!(
             out,
-            "{} on {}: {} keys at {} Hz, {} cycles a tick at {} MHz: {verdict}",
+            "{} on {}: {} at {} Hz, {} cycles a tick at {} MHz: {verdict}",
             played.program.name,
             board.name,
-            self.keys,
+            count_keys(self.keys, played.is_once()),
             budget.rate_hz,
             budget.period_cycles,
             f64::from(budget.clock_hz) / 1e6
@@ -46,8 +47,10 @@ impl ImageProof<'_> {
         );
         let _ = writeln!(
             out,
-            "class: {} for a key alone, {} for a core",
-            budget.key_class, budget.class
+            "class: {} for {} alone, {} for a core",
+            budget.key_class,
+            played.one(),
+            budget.class
         );
         self.path(played, &mut out);
         out
@@ -57,8 +60,10 @@ impl ImageProof<'_> {
         let worst = played.worst_case();
         let _ = writeln!(
             out,
-            "\nworst-case path through a key, {} cycles: {}",
-            worst.bound.cycles_max, worst.mode
+            "\nworst-case path through {}, {} cycles: {}",
+            played.one(),
+            worst.bound.cycles_max,
+            worst.mode
         );
         for (place, cycles) in self.bytes.by_place(&worst.bound.path) {
             let (line, item) = match place {
@@ -66,6 +71,7 @@ impl ImageProof<'_> {
                     format!("{}:{}", place.file, place.line),
                     place.item.as_str(),
                 ),
+                None if played.is_once() => ("-".to_string(), "its frame"),
                 None => ("-".to_string(), "the key's frame"),
             };
             let _ = writeln!(out, "  {cycles:>6}  {line:<40} {item}");
@@ -83,10 +89,8 @@ impl ProgramReport<'_> {
             let of = zone.notes.as_ref().map_or(String::new(), |keys| {
                 format!("{}, {keys}: ", symbol_prefix(zone.compiled))
             });
-            let _ = writeln!(
-                out,
-                "\n{of}a key, cycles at most   alone  contended  code bytes"
-            );
+            let of = format!("{of}{}", self.one());
+            let _ = writeln!(out, "\n{of}, cycles at most   alone  contended  code bytes");
             for (index, name) in zone.modes.iter().enumerate() {
                 let most = |of: &dyn Fn(&Self) -> Option<u64>| of(self).unwrap_or(0);
                 let alone = most(&|s| {
@@ -104,7 +108,7 @@ impl ProgramReport<'_> {
                     .map(|(alone, _)| alone.code_bytes)
                     .max()
                     .unwrap_or(0);
-                let width = of.chars().count() + 29;
+                let width = of.chars().count() + 24;
                 let _ = writeln!(out, "{alone:>width$}  {contended:>9}  {code:>10}  {name}");
             }
         }
@@ -114,7 +118,8 @@ impl ProgramReport<'_> {
         let core = &self.cores[0];
         let _ = writeln!(
             out,
-            "\naround the keys of core 0: {} cycles at most",
+            "\naround {} of core 0: {} cycles at most",
+            self.all(),
             core.alone.around_cycles_max()
         );
         for (part, cycles) in &core.alone.parts {
@@ -127,6 +132,9 @@ impl ProgramReport<'_> {
         for (number, (core, bounded)) in self.budget.cores.iter().zip(&self.cores).enumerate() {
             let left = match core.slack_cycles {
                 late @ ..0 => format!("{} cycles too many", -late),
+                slack if self.is_once() => {
+                    format!("slack {slack} cycles, {:.1} %", 100.0 * core.slack())
+                }
                 slack => {
                     // Not how many fit: with more keys more may have to wait for memory.
                     let takes = match core.more_keys {
@@ -142,8 +150,8 @@ impl ProgramReport<'_> {
             };
             let _ = writeln!(
                 out,
-                "core {number}: {} keys, {} cycles at most, {:.1} % of the tick; {left}",
-                core.keys,
+                "core {number}: {}, {} cycles at most, {:.1} % of the tick; {left}",
+                count_keys(core.keys, self.is_once()),
                 core.cycles_max,
                 100.0 * core.utilization()
             );
@@ -151,9 +159,10 @@ impl ProgramReport<'_> {
             print_parts(bounded, out);
             let _ = writeln!(
                 out,
-                "  {:>6}  around them\n  {:>6}  waiting for {}its own fetches; \
+                "  {:>6}  around {}\n  {:>6}  waiting for {}its own fetches; \
                  without it {:.1} % of the tick",
                 core.around_cycles_max,
+                if self.is_once() { "it" } else { "them" },
                 core.contention_cycles_max,
                 if self.cores.len() > 1 {
                     "the other core and for "
@@ -177,10 +186,13 @@ impl ProgramReport<'_> {
                 );
                 let _ = writeln!(
                     out,
-                    "  {cycles:>6}  {} keys of {instrument}, {key} each",
-                    zone.keys()
+                    "  {cycles:>6}  {} of {instrument}, {key} each",
+                    count_keys(zone.keys(), false)
                 );
             }
+        } else if self.is_once() {
+            let all = bounded.alone.keys_cycles_max();
+            let _ = writeln!(out, "  {all:>6}  {}", self.all());
         } else {
             let (all, key) = (
                 bounded.alone.keys_cycles_max(),

@@ -149,13 +149,15 @@ impl Files<'_> {
             .map(|program| program.name.as_str())
             .collect();
         let (stored, run) = (image.stored_bytes(), image.run_bytes());
+        let counts: Vec<String> = keys.iter().map(u32::to_string).collect();
+        let counts = counts.join(" and ");
         say!(
-            "{}: {} keys of {} on {}, {stored} bytes of flash, {run} bytes of RAM",
+            "{}: {}{} on {}, {stored} bytes of flash, {run} bytes of RAM",
             path.display(),
-            keys.iter()
-                .map(u32::to_string)
-                .collect::<Vec<_>>()
-                .join(" and "),
+            match setup.instruments[0].model.is_of_key() {
+                true => format!("{counts} keys of "),
+                false => String::new(),
+            },
             names.join(", "),
             if keys.len() == 1 {
                 "one core"
@@ -168,14 +170,6 @@ impl Files<'_> {
                 "it begins with {}; programs are numbered from 0 in this order",
                 names[0]
             );
-        }
-        for compiled in &setup.instruments {
-            if !compiled.model.channels.is_empty() {
-                say!(
-                    "{} has sound, which the firmware computes and does not play",
-                    compiled.model.name
-                );
-            }
         }
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);

@@ -96,7 +96,7 @@ impl TickBound {
         let model = &part.compiled.model;
         deadline_diagnostic(
             &setup.map,
-            (&model.name, model.span),
+            (&model.name, model.span, !model.is_of_key()),
             &self.budget,
             &self.bytes,
             WorstMode { mode, bound },

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use whippen_compiler::bundled::{INSTRUMENTS, KEYBOARDS};
 use whippen_compiler::check::{Options, midi_number};
@@ -11,6 +12,7 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::closed;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
+use whippen_runtime::experiment::bundled::PROGRAMS;
 use whippen_runtime::experiment::{Bound, Experiment, Instrument, Mover, Part, Verdict};
 use whippen_runtime::plant::Player;
 use whippen_runtime::session::{self, Recorded, Recording, Run};
@@ -49,11 +51,12 @@ struct Ready {
     columns: Vec<Recorded>,
 }
 
-/// Plays it; `file` is where it stands.
+/// Plays it, unless `stop` becomes true; `file` is where it stands.
 pub fn play<'e>(
     experiment: &'e Experiment,
     file: Option<&Path>,
     kind: EngineKind,
+    stop: &'static AtomicBool,
 ) -> Result<Played<'e>, Failure> {
     let mut sources: Vec<(String, String)> = Vec::new();
     let (mut all, mut parts) = (Vec::new(), Vec::new());
@@ -82,7 +85,10 @@ pub fn play<'e>(
     let (mut traces, mut warnings) = (Vec::new(), Vec::new());
     for (ready, part) in all.into_iter().zip(&parts) {
         let driven = session::driven(&ready.compiled.model);
-        let run = moved(experiment, ready, kind)?;
+        let run = moved(experiment, ready, kind, stop)?;
+        if run.counts.ticks < run.ticks_wanted {
+            return Err(Failure::Interrupted);
+        }
         let told = run.counts.told(driven).into_iter();
         warnings.extend(told.map(|(n, what)| part.called(&format!("{n} ticks {what}"))));
         traces.push(run.trace);
@@ -158,9 +164,14 @@ fn program(instrument: &Instrument, file: Option<&Path>) -> Result<Vec<(String, 
         let own = KEYBOARDS.iter().filter(|(file, _)| stem(file) == name);
         return Ok(own.chain(INSTRUMENTS).map(text).collect());
     }
+    if let Some((file, text)) = PROGRAMS.iter().find(|(file, _)| stem(file) == name) {
+        let path = format!("instruments/experiments/{file}");
+        return Ok(vec![(path, text.to_string())]);
+    }
     if let Some((file, text)) = all().find(|(file, _)| stem(file) == name) {
         return Ok(vec![(format!("instruments/{file}"), text.to_string())]);
     }
+    let all = || all().chain(PROGRAMS);
     let near = nearest(name, all().map(|(file, _)| stem(file)));
     let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
     let names: Vec<&str> = all().map(|(file, _)| stem(file)).collect();
@@ -214,12 +225,17 @@ fn ready(
 }
 
 /// Plays one instrument, and keeps every tick.
-fn moved(experiment: &Experiment, ready: Ready, kind: EngineKind) -> Result<Run, Failure> {
+fn moved(
+    experiment: &Experiment,
+    ready: Ready,
+    kind: EngineKind,
+    stop: &'static AtomicBool,
+) -> Result<Run, Failure> {
     let (compiled, device) = (&ready.compiled, &ready.device);
     let rate_hz = compiled.model.rate_hz;
     let way = experiment.trajectory(rate_hz);
     let ticks = way.ticks();
-    let recording = Recording::everything(ready.columns);
+    let recording = Recording::everything(ready.columns).until(Some(stop));
     let progress = Progress::new(ticks, rate_hz);
     let at = |ticks| progress.at(ticks);
     let player = match &experiment.mover {

@@ -71,6 +71,29 @@ impl<'a> ProgramReport<'a> {
         WorstMode { mode, bound }
     }
 
+    /// Whether it is no program of keys.
+    pub fn is_once(&self) -> bool {
+        !self.zones[0].compiled.model.is_of_key()
+    }
+
+    /// What its bounds are of.
+    pub fn one(&self) -> &'static str {
+        if self.is_once() {
+            "the instrument"
+        } else {
+            "a key"
+        }
+    }
+
+    /// What is played.
+    pub fn all(&self) -> &'static str {
+        if self.is_once() {
+            "the instrument"
+        } else {
+            "the keys"
+        }
+    }
+
     /// The zone of that number.
     pub fn zone(&self, id: ZoneId) -> &ZoneReport<'a> {
         &self.zones[id.index()]

@@ -7,6 +7,7 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::files::{FileError, OutputFile};
 use whippen_runtime::plot;
+use whippen_runtime::points::Point;
 use whippen_runtime::session::{self, Keep, Recorded, Recording, Run};
 use whippen_runtime::sound::SoundFile;
 use whippen_runtime::trace::Form;
@@ -32,6 +33,10 @@ pub struct Outputs {
     /// only where they are asked for here
     #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
     pub columns: Vec<String>,
+    /// Points of strings, as columns and lines of their own: line.u@12%, strings[2].u@40mm, or the
+    /// rate there, line.u'@12%
+    #[arg(long, value_name = "NAME@PLACE,..", value_delimiter = ',')]
+    pub points: Vec<String>,
     /// Tables with all digits of a 64-bit float; otherwise as many as tell neighbouring words apart
     #[arg(long)]
     pub exact: bool,
@@ -105,13 +110,9 @@ impl Outputs {
             Keep::Bounded
         };
         let mut recording = Recording::choosing(columns, &self.columns, keep)
-            .map_err(|why| Failure::Usage(format!("--columns: {why}")))?;
+            .map_err(|why| Failure::Usage(format!("--columns: {why}")))?
+            .with_points(self.chosen_points(compiled, kind)?);
         if let Some(path) = self.sound()? {
-            if kind.board().is_some() {
-                return Err(Failure::Usage(
-                    "--out: the firmware of the engine `emulated` gives no sound; take another engine for it".into(),
-                ));
-            }
             recording = recording.with_sound(SoundFile::create(path, compiled).map_err(usage)?);
         }
         if let Some(path) = self.trace()? {
@@ -124,6 +125,19 @@ impl Outputs {
             recording = with_events.map_err(usage)?;
         }
         Ok(recording)
+    }
+
+    /// The points of strings that are asked for, each once.
+    fn chosen_points(&self, compiled: &Compiled, kind: EngineKind) -> Result<Vec<Point>, Failure> {
+        let mut points: Vec<Point> = Vec::new();
+        for text in &self.points {
+            let point = Point::parse(text, compiled, kind)
+                .map_err(|why| Failure::Usage(format!("--points: {why}")))?;
+            if !points.iter().any(|known| known.heading == point.heading) {
+                points.push(point);
+            }
+        }
+        Ok(points)
     }
 
     /// Draws the pictures of a finished run. Gives what was written and where, tables too.

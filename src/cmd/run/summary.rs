@@ -9,18 +9,20 @@ use whippen_compiler::units::Dim;
 use whippen_runtime::emulated::Load;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::session::{self, Counts, Emitted, LISTED_MAX, Run};
+use whippen_runtime::sticking::{FrictionTally, Tally};
 use whippen_runtime::titles::split_title;
 use whippen_runtime::trace::EventRow;
 
 use super::Outputs;
+use crate::cmd::count::count_keys;
 use crate::say::say;
 
 /// What a run took on the board, and what went wrong there.
-pub fn report_load(load: &Load) {
+pub fn report_load(load: &Load, is_once: bool) {
     for (number, core) in load.cores.iter().enumerate() {
         say!(
-            "  core {number}: {} keys, longest tick {} of {} cycles, {:.1} % busy, {} missed, faults {}",
-            core.keys,
+            "  core {number}: {}, longest tick {} of {} cycles, {:.1} % busy, {} missed, faults {}",
+            count_keys(core.keys, is_once),
             core.frame_cycles_max,
             load.period_cycles,
             100.0 * core.utilisation(load),
@@ -46,6 +48,11 @@ pub fn report_run(compiled: &Compiled, run: &Run, kind: EngineKind, notes: &[Str
         played_s / engine_time.as_secs_f64()
     );
     list(&run.happenings.emitted);
+    run.frictions.iter().for_each(|friction| {
+        if let Some(line) = rubbed(friction, f64::from(compiled.model.rate_hz)) {
+            say!("  {line}");
+        }
+    });
     for (count, what) in run.counts.told(session::driven(&compiled.model)) {
         say!("  {count} of {ticks} ticks {what}");
     }
@@ -54,11 +61,50 @@ pub fn report_run(compiled: &Compiled, run: &Run, kind: EngineKind, notes: &[Str
         say!("  {clipped} samples of the sound clipped at full scale");
     }
     if let Some(load) = &run.load {
-        report_load(load);
+        report_load(load, !compiled.model.is_of_key());
         say!(
             "  traced are the drive and what is emitted: a board keeps no values and transitions of a tick"
         );
     }
+}
+
+/// What a friction did, in a line; nothing where it never rubbed.
+fn rubbed(friction: &FrictionTally, rate_hz: f64) -> Option<String> {
+    let said = |tally: &Tally| {
+        let share = 100.0 * tally.stick_share()?;
+        let slips = match tally.slips_per_period() {
+            Some(slips) => format!("{slips:.2} slips a period"),
+            None => format!("{} slips", tally.slips),
+        };
+        Some(format!("sticks {share:.0} % of the time, {slips}"))
+    };
+    let whole = said(&friction.whole)?;
+    let settled = said(&friction.second_half);
+    let settled = settled.map_or(String::new(), |said| {
+        format!("; in the second half it {said}")
+    });
+    let seconds = friction.whole.rubbed as f64 / rate_hz;
+    Some(format!(
+        "{} rubs for {seconds:.2} s: {whole}{settled}",
+        friction.name
+    ))
+}
+
+/// A friction as an object.
+fn friction_json(friction: &FrictionTally, rate_hz: f64) -> Value {
+    let tally = |tally: &Tally| {
+        json!({
+            "rubbed_s": tally.rubbed as f64 / rate_hz,
+            "stick_share": tally.stick_share(),
+            "slips": tally.slips,
+            "slips_per_period": tally.slips_per_period(),
+        })
+    };
+    json!({
+        "friction": friction.name,
+        "whole": tally(&friction.whole),
+        "second_half": tally(&friction.second_half),
+    })
 }
 
 /// The same as one object, with what was set and where the files are.
@@ -82,6 +128,9 @@ pub fn json(
         }
         object
     });
+    let rate_hz = f64::from(model.rate_hz);
+    let frictions = run.frictions.iter();
+    let frictions = frictions.map(|friction| friction_json(friction, rate_hz));
     let set: Map<String, Value> = (settings.iter())
         .map(|(name, value)| (name.clone(), json!(value)))
         .collect();
@@ -102,6 +151,7 @@ pub fn json(
             "samples_clipped": run.happenings.clipped_samples,
         },
         "emitted": emitted.collect::<Vec<_>>(),
+        "frictions": frictions.collect::<Vec<_>>(),
         "files": {
             "out": paths(&outputs.out),
             "events": paths(outputs.events.as_slice()),

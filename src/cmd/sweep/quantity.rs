@@ -7,20 +7,29 @@ use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture;
 use whippen_runtime::measure::{DEFINITIONS, Definition, Protocol, measure as measure_key};
-use whippen_runtime::session::{self, Keep, Recording, Run};
+use whippen_runtime::session::{self, Keep, Recorded, Recording, Run};
 
 /// A number of a run of the bundled gesture: its name, its unit as titles write it, and how it is
 /// read.
 type OfRun = (&'static str, &'static str, fn(&Run) -> Option<f64>);
 
-const OF_RUN: [OfRun; 4] = [
+const OF_RUN: [OfRun; 6] = [
     ("strikes", "", |run| Some(run.happenings.strikes as f64)),
     ("events", "", |run| Some(run.happenings.events as f64)),
     ("greatest_force", "n", greatest_force),
     ("drive_clipped", "ticks", |run| {
         Some(run.counts.drive_clipped as f64)
     }),
+    ("slips_per_period", "", |run| {
+        run.frictions.first()?.second_half.slips_per_period()
+    }),
+    ("stick_share", "", |run| {
+        run.frictions.first()?.second_half.stick_share()
+    }),
 ];
+
+/// Numbers that were measured, and values of the program; none where there is none.
+pub type Measured = (Vec<Option<f64>>, Vec<Option<f64>>);
 
 /// A number that is wanted.
 #[derive(Debug, Clone, Copy)]
@@ -71,43 +80,64 @@ impl SweptNumber {
     }
 }
 
-/// Measures what is wanted.
+/// Measures what is wanted, and what values of the program are at the end of a run.
 ///
 /// # Errors
-/// The engine cannot be built on this machine, in words.
+/// The engine cannot be built on this machine, or there is no such value, in words.
 pub fn measure(
-    wanted: &[SweptNumber],
+    (wanted, lines): (&[SweptNumber], &[String]),
     compiled: &Compiled,
     device: &Device,
     engine: EngineKind,
-) -> Result<Vec<Option<f64>>, String> {
+) -> Result<Measured, String> {
     let key = wanted.iter().any(SweptNumber::is_of_key).then(|| {
         let protocol = Protocol::of(&compiled.model, engine);
         measure_key(compiled, device, &protocol)
     });
     let key = key.transpose().map_err(|why| why.to_string())?;
-    let is_of_run = |wanted: &SweptNumber| !wanted.is_of_key();
-    let run = wanted
-        .iter()
-        .any(is_of_run)
-        .then(|| play(compiled, device, engine));
+    let plays = !lines.is_empty() || wanted.iter().any(|wanted| !wanted.is_of_key());
+    let run = plays.then(|| play(compiled, device, engine, lines));
     let run = run.transpose()?;
     let value = |wanted: &SweptNumber| match wanted {
         SweptNumber::Measured(definition) => key.as_ref()?.value(definition.name),
         SweptNumber::Run((_, _, of)) => of(run.as_ref()?),
     };
-    Ok(wanted.iter().map(value).collect())
+    let last = |line: &String| {
+        let columns = &run.as_ref()?.trace.columns;
+        let column = columns.iter().find(|column| column.heading.name == *line)?;
+        column.values().last().copied()
+    };
+    Ok((
+        wanted.iter().map(value).collect(),
+        lines.iter().map(last).collect(),
+    ))
 }
 
-/// The bundled gesture, with its forces kept.
-fn play(compiled: &Compiled, device: &Device, engine: EngineKind) -> Result<Run, String> {
+/// The bundled gesture, with its forces and some values of the program kept.
+fn play(
+    compiled: &Compiled,
+    device: &Device,
+    engine: EngineKind,
+    lines: &[String],
+) -> Result<Run, String> {
     let gesture = gesture::bundled(&compiled.model);
     let rate_hz = compiled.model.rate_hz;
     let positions = gesture.positions(rate_hz);
     let move_to = |tick: usize, places: &mut [f64]| places.fill(positions[tick]);
     let force = session::roles(compiled).total;
-    let mut columns = session::recorded(compiled, device, engine, &[]);
-    columns.retain(|column| column.heading.title() == force);
+    let all = session::recorded(compiled, device, engine, &[]);
+    // The force is the first, where there is one.
+    let is_force = |column: &&Recorded| column.heading.title() == force;
+    let mut columns: Vec<Recorded> = all.iter().filter(is_force).cloned().collect();
+    if !lines.is_empty() {
+        let chosen = session::choose(&all, lines)?;
+        columns.extend(
+            chosen
+                .into_iter()
+                .filter(|column| !columns.contains(column))
+                .collect::<Vec<_>>(),
+        );
+    }
     let recording = Recording::new(columns, Keep::Everything);
     let motion = (positions.len(), move_to);
     let run = session::record(compiled, device, engine, motion, recording, |_| {});

@@ -110,8 +110,29 @@ pub fn save_picture(args: &Args, all: &[Done], path: &Path) -> Result<(), FileEr
             .iter()
             .map(|done| (done.point[0], done.point[1], first(done)))
             .collect(),
+        lines: lines(args, all),
     };
     map.save(path)
+}
+
+/// The values of the program over the first parameter: those at the least second one.
+fn lines(args: &Args, all: &[Done]) -> Vec<Curve> {
+    let of = |(index, name): (usize, &String)| {
+        let mut all: Vec<&Done> = all.iter().collect();
+        let key = |done: &Done| (done.point[0], done.point[1]);
+        all.sort_by(|a, b| {
+            let (a, b) = (key(a), key(b));
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        all.dedup_by(|next, first| next.point[0] == first.point[0]);
+        let point = |done: &Done| Some((done.point[0], done.lines.get(index).copied().flatten()?));
+        Curve {
+            name: name.clone(),
+            points: all.into_iter().filter_map(point).collect(),
+            dots: false,
+        }
+    };
+    args.lines.iter().enumerate().map(of).collect()
 }
 
 fn title(args: &Args, value: &str) -> String {

@@ -167,4 +167,20 @@ pub const MUTANTS: &[(&str, &[Change])] = &[
             ("0.4 N*s/m", "0.6 N*s/m"),
         ],
     ),
+    (
+        "friction-law",
+        &[
+            ("sticky_law(v, top)", "sticky_law(v, 0.2 * top)"),
+            ("sticky_law(v, top)", "sticky_law(v, 5 * top)"),
+            ("1 N * sticky_law", "2 N * sticky_law"),
+        ],
+    ),
+    (
+        "helmholtz",
+        &[
+            ("70.7 mm/s", "7 m/s"),
+            ("rho    = 1.61 g/m", "rho    = 6 g/m"),
+        ],
+    ),
+    ("schelleng", &[("(2 * Z * speed)", "(Z * speed)")]),
 ];

@@ -35,6 +35,7 @@ use super::validate::validate;
 use super::{ThumbError, critical_path, v6m};
 use crate::features::Features;
 use whippen_isa::timing::Core;
+use whippen_kernel::Range;
 use whippen_modes::{ModeId, Modes};
 
 /// How a function is compiled.
@@ -61,6 +62,8 @@ pub(super) enum CompileUnit<'a> {
 pub(super) struct Compiler<'a> {
     pub modes: &'a Modes,
     pub layout: &'a StateLayout,
+    /// Where the live values lie that a tick adds, even if promises are wrong.
+    pub shared: &'a [Range],
     pub core: &'a Core,
 }
 
@@ -76,7 +79,7 @@ impl Compiler<'_> {
         let func = match piece {
             CompileUnit::Mode(index) => {
                 let mode = &self.modes.modes[index];
-                let plan = plan_mode(kernel, mode);
+                let plan = plan_mode(kernel, mode, self.shared);
                 let distance = strategy.remat_distance;
                 Select::select_mode(kernel, self.layout, &plan, literals, mode, index, distance)
             }
@@ -85,7 +88,7 @@ impl Compiler<'_> {
                 Select::select_init(kernel, self.layout, &plan, literals)
             }
             CompileUnit::Invariants(invariants) => {
-                let plan = plan_invariants(invariants);
+                let plan = plan_invariants(kernel, invariants);
                 Select::select_invariants(kernel, self.layout, &plan, literals, invariants)
             }
         };

@@ -54,13 +54,23 @@ use plan::Plan;
 use std::collections::BTreeMap;
 use whippen_ids::IdMap;
 use whippen_isa::Op as Isa;
-use whippen_kernel::{Inst, Kernel, Op, Value, ValueInfo, Walk};
+use whippen_kernel::{Inst, Kernel, Op, Range, Value, ValueInfo, Walk};
 use whippen_modes::{Mode, ModeId};
 
 /// A row of a table whose address is in a register, within a block.
 struct TableRow {
     table: u32,
     row: Value,
+    block: BlockId,
+    address: VReg,
+}
+
+/// The address of a word of memory beside a key's record, within a block.
+struct Element {
+    index: Value,
+    /// How many there are, if the index is held inside.
+    held: Option<u32>,
+    size: i64,
     block: BlockId,
     address: VReg,
 }
@@ -90,6 +100,8 @@ struct ValueState {
     binding: Binding,
     /// How many values that are deferred, one to the other, it is made of.
     defer_depth: u8,
+    /// Where it lies whatever its operands are, because of the instruction that made it.
+    held: Option<Range>,
     /// In which block it was rematerialized last, and where the result is.
     rematerialized: Option<(BlockId, VReg)>,
 }
@@ -110,16 +122,18 @@ pub(super) struct Select<'a> {
     constants: Vec<(i32, BlockId, usize, VReg)>,
     /// Rows of tables whose address is in a register.
     rows: Vec<TableRow>,
+    /// Sums of the record's address and an index that are in a register.
+    elements: Vec<Element>,
     func: Func,
     /// The block that code goes to.
     at: BlockId,
     origin: Option<u32>,
     /// What the last event left in registers; nothing behind a loop, whose rounds may have events.
     last_event: Option<EventEnd>,
+    /// What the last saturation held its operand to.
+    last_held: Option<Range>,
     /// The word of the first input port, as it came in.
     first_input: Option<VReg>,
-    /// Whether indices must be held inside, because an `assume` may be wrong.
-    clamp_indices: bool,
     /// Whether HISTORY goes on with the push.
     push_walks: bool,
     /// The mode, none in `init`.
@@ -148,12 +162,13 @@ impl<'a> Select<'a> {
             predecessors: BTreeMap::new(),
             constants: Vec::new(),
             rows: Vec::new(),
+            elements: Vec::new(),
             func: Func::new(),
             at: BlockId(0),
             origin: None,
             last_event: None,
+            last_held: None,
             first_input: None,
-            clamp_indices: kernel.assumes(),
             push_walks: mode.is_some()
                 && layout.pointers.is_empty()
                 && kernel.tick.insts.iter().any(pushes),

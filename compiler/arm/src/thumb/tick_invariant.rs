@@ -9,6 +9,8 @@
 //! Such a value becomes one more live value, which nobody outside can see. What costs no more than
 //! to load it (a shift that becomes an operand, a comparison) stays where it is.
 
+use super::beyond_doubt;
+use super::select::plan::indices::{index_of, parts_of_index};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use whippen_ids::IdMap;
@@ -135,12 +137,23 @@ impl<'m> InvariantScan<'m> {
         self.made[result] = Some(inst);
     }
 
+    fn constant(&self, value: Value) -> Option<i64> {
+        let Range { low, high } = self.mode.values[value].range;
+        (low == high).then_some(low)
+    }
+
     fn need(&mut self, value: Value) {
         self.needed[value] = true;
     }
 
     fn need_all(&mut self, inst: &Inst) {
-        inst.args.iter().for_each(|arg| self.need(*arg));
+        let index = index_of(inst);
+        for arg in &inst.args {
+            // An index and a constant make one address, which several accesses share.
+            let parts = self.made[arg].filter(|_| Some(*arg) == index);
+            let parts = parts.and_then(|made| parts_of_index(made, |value| self.constant(value)));
+            self.need(parts.map_or(*arg, |(value, _)| value));
+        }
         for region in &inst.regions {
             region.insts.iter().for_each(|inner| self.need_all(inner));
             region.yields.iter().for_each(|value| self.need(*value));
@@ -149,6 +162,12 @@ impl<'m> InvariantScan<'m> {
 }
 
 impl TickInvariants {
+    /// Where the live values lie that are added, even if promises are wrong.
+    pub fn ranges(&self, kernel: &Kernel) -> Vec<Range> {
+        let proven = beyond_doubt::intervals(kernel, &self.values, &[&self.insts], &[]);
+        self.results.iter().map(|result| proven[result]).collect()
+    }
+
     /// Has the mode load these values.
     fn replace(&mut self, kernel: &Kernel, mode: &mut Mode, roots: &[Value]) {
         let mut made: Makers = IdMap::filled(None, mode.values.len());

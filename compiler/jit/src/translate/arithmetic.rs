@@ -96,38 +96,34 @@ impl Translator<'_> {
         }
     }
 
-    /// `a * 2^n / b` towards zero with 16 significant bits, saturated, 0 where `b` is not positive.
+    /// About `a * 2^n / b`, held to 30 bits, 0 where `b` is not positive.
     pub(crate) fn quot(&mut self, n: u8, a: Value, b: Value) -> Value {
-        let a = if self.assumes { self.low_word(a) } else { a };
-        let b = if self.assumes { self.low_word(b) } else { b };
-        let one = self.f.ins().iconst(I64, 1);
+        let [a, b] = [a, b].map(|wide| self.f.ins().ireduce(I32, wide));
+        let one = self.f.ins().iconst(I32, 1);
         let positive = self.f.ins().smax(b, one);
-        let divisor = self.keep_16_bits(positive);
-        let size = self.f.ins().iabs(a);
-        let dividend = self.f.ins().ishl_imm_s(size, i64::from(n));
-        let quotient = self.f.ins().udiv(dividend, divisor);
-        let quotient = self.keep_16_bits(quotient);
-        let largest = self.f.ins().iconst(I64, i64::from(i32::MAX));
-        let size = self.f.ins().umin(quotient, largest);
+        // Bits that repeat the sign, but one. Of nothing there are 32, and shifts take five bits.
+        let doubled = self.f.ins().ishl_imm_s(a, 1);
+        let changes = self.f.ins().bxor(a, doubled);
+        let up = self.f.ins().clz(changes);
+        let dividend = self.f.ins().ishl(a, up);
+        let up_divisor = self.f.ins().clz(positive);
+        let divisor = self.f.ins().ishl(positive, up_divisor);
+        let divisor = self.f.ins().ushr_imm_u(divisor, 16);
+        let quotient = self.f.ins().sdiv(dividend, divisor);
+        let top = self.f.ins().ishl_imm_s(quotient, 15);
 
-        // With the sign of the dividend.
-        let sign = self.f.ins().sshr_imm_s(a, 63);
-        let flipped = self.f.ins().bxor(size, sign);
-        let signed = self.f.ins().isub(flipped, sign);
+        let down = self.f.ins().isub(up, up_divisor);
+        let down = self.f.ins().iadd_imm_s(down, 31 - i64::from(n));
+        let [none, all] = [0, 31].map(|end| self.f.ins().iconst(I32, end));
+        let down = self.f.ins().smax(down, none);
+        let down = self.f.ins().smin(down, all);
+        let moved = self.f.ins().sshr(top, down);
+        let [low, high] = [-(1 << 29), (1 << 29) - 1].map(|end| self.f.ins().iconst(I32, end));
+        let held = self.f.ins().smax(moved, low);
+        let held = self.f.ins().smin(held, high);
         let is_positive = self.f.ins().icmp_imm_s(IntCC::SignedGreaterThan, b, 0);
-        let nothing = self.f.ins().iconst(I64, 0);
-        self.f.ins().select(is_positive, signed, nothing)
-    }
-
-    /// The 16 highest bits of what is not negative; those below become 0.
-    fn keep_16_bits(&mut self, a: Value) -> Value {
-        let zeros = self.f.ins().clz(a);
-        let all = self.f.ins().iconst(I64, 64 - 16);
-        let below = self.f.ins().isub(all, zeros);
-        let none = self.f.ins().iconst(I64, 0);
-        let below = self.f.ins().smax(below, none);
-        let kept = self.f.ins().ushr(a, below);
-        self.f.ins().ishl(kept, below)
+        let word = self.f.ins().select(is_positive, held, none);
+        self.f.ins().sextend(I64, word)
     }
 
     /// The low 32 bits of a result, with their sign.

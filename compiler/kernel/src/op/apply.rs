@@ -1,7 +1,7 @@
 //! Applying an operator to what is known of its operands: checks types, immediates and ranges, and
 //! gives the type and the interval of the result.
 
-use super::{Immediate, Meaning, Op, OpError, Row, Sort, Transfer};
+use super::{Immediate, Meaning, Op, OpError, QUOTIENTS, Row, Sort, Transfer};
 use crate::{Kernel, Range, Type, ValueInfo, wave};
 
 /// What an immediate names in the kernel.
@@ -317,6 +317,7 @@ impl Op {
     ) -> Result<Range, OpError> {
         let (low, high) = match (self.row().transfer, args, own) {
             (Transfer::Divide, [a, b], _) => divide(self, *a, *b),
+            (Transfer::Quotient, [a, b], _) => quotient(self, *a, *b),
             (Transfer::Equal, [a, b], _) => equal(a.range, b.range),
             (Transfer::Assumed, [a], _) => {
                 let [low, high] = self.immediates();
@@ -408,6 +409,27 @@ fn divide(op: Op, dividend: ValueInfo, divisor: ValueInfo) -> (i128, i128) {
         .fold((i128::MAX, i128::MIN), |(low, high), (l, h)| {
             (low.min(l), high.max(h))
         })
+}
+
+/// What rounds by a 2^14th of itself at most, and once down to a word.
+fn quotient(op: Op, dividend: ValueInfo, divisor: ValueInfo) -> (i128, i128) {
+    let (low, high) = divide(op, dividend, divisor);
+    let slack = |end: i128| (end.abs() >> 12) + 2;
+    let Range {
+        low: least,
+        high: most,
+    } = QUOTIENTS;
+    let below = if dividend.range.low < 0 {
+        low - slack(low)
+    } else {
+        low
+    };
+    let above = if dividend.range.high > 0 {
+        high + slack(high)
+    } else {
+        high
+    };
+    (below.max(least.into()), above.min(most.into()))
 }
 
 fn equal(a: Range, b: Range) -> (i128, i128) {

@@ -140,6 +140,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             calls: Vec::new(),
             items: Vec::new(),
             senses: Vec::new(),
+            parameters: Vec::new(),
             lives: Vec::new(),
             keyed: Vec::new(),
             cells: IdMap::new(),

@@ -13,10 +13,11 @@ use super::slot::{SlotId, Source};
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
 use crate::model::prime::{NoPrime, slope};
-use crate::model::{Balance, CellId, CellKind, Cmp, Friction, Model, Node, NodeId, StrandId};
+use crate::model::{Balance, CellId, CellKind, Cmp, Dag, Friction, Model, Node, NodeId, StrandId};
 use crate::range;
 use crate::syntax::ast::{BodyPart, Expr, Name};
 use crate::units::Dim;
+use std::collections::HashMap;
 use whippen_source::Span;
 
 /// A friction as it is written.
@@ -135,8 +136,7 @@ impl<'a> Elaborator<'a, '_> {
         };
         let value = self.slot(force);
         let slip = self.rub_of(on).slip;
-        let exported = !self.scopes[scope.0].in_std();
-        if let Some(rubbed) = first.filter(|_| exported) {
+        if let Some(rubbed) = first {
             self.export(scope, rubbed.name, value);
             let name = Name {
                 node: format!("{}.slip", rubbed.name.node),
@@ -290,10 +290,14 @@ impl<'a> Elaborator<'a, '_> {
             }
             RubbedBy::Strand(_) => dag.add_folded(Node::Div(taken, gain)),
         };
-        // A friction that gave no force forgets its slip.
+        // A friction that gives no force forgets its slip. Where it slips fast it may give none
+        // that integers can hold, and would still hold what comes to rest.
         let forward = dag.add(Node::Compare(Cmp::Gt, taken, zero));
         let backward = dag.add(Node::Compare(Cmp::Lt, taken, zero));
         let rubs = dag.add(Node::Or(forward, backward));
+        let at_rest = at(dag, (trial, zero), slope);
+        let grips = dag.add(Node::Compare(Cmp::Gt, at_rest, zero));
+        let rubs = dag.add(Node::Or(rubs, grips));
         let kept = dag.add(Node::Select(rubs, slip, zero));
         self.mark(span);
         self.model.nexts.push((last, kept));
@@ -350,6 +354,18 @@ impl<'a> Elaborator<'a, '_> {
         }
         self.report(found.hint(hint));
     }
+}
+
+/// A value with a constant in the place of the slip that is tried.
+fn at(dag: &mut Dag, (trial, slip): (NodeId, NodeId), value: NodeId) -> NodeId {
+    let mut new = HashMap::from([(trial, slip)]);
+    for id in dag.between(trial, value).into_iter().skip(1) {
+        let mut node = dag.get(id).clone();
+        node.map_operands(|operand| *new.get(&operand).unwrap_or(&operand));
+        let changed = dag.add_folded(node);
+        new.insert(id, changed);
+    }
+    *new.get(&value).unwrap_or(&value)
 }
 
 /// Gives the memories of frictions the ranges of their slips, once everything is known. Where a

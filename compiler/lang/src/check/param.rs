@@ -6,7 +6,7 @@ use super::scope::{Made, ScopeId, Thing};
 use super::slot::Source;
 use super::types::{Ty, Value};
 use crate::diag::{Code, Diagnostic};
-use crate::model::{Cell, CellKind, Interval, Keyed, Live, Node, NodeId};
+use crate::model::{Cell, CellKind, Interval, Keyed, Live, Node, NodeId, Parameter};
 use crate::syntax::ast::{Expr, Name, RangeExpr};
 use crate::units::{Dim, Quantity, shown, shown_range};
 use whippen_source::Span;
@@ -137,6 +137,7 @@ impl<'a> Elaborator<'a, '_> {
             None => value,
         }?;
         let bounds = range.map(|(range, _)| range);
+        self.keep(name, (value, dim), bounds, decl.text.value.span);
         let node = match decl.kind {
             ParamKind::Constant => Node::Const(crate::model::dag::Real(value)),
             ParamKind::Live(index) => {
@@ -155,6 +156,17 @@ impl<'a> Elaborator<'a, '_> {
             None => node,
         };
         Some(Value::real(node, dim))
+    }
+
+    /// Notes what a parameter is, in the Model: constants are folded away elsewhere.
+    fn keep(&mut self, name: &str, (value, dim): (f64, Dim), range: Option<Interval>, span: Span) {
+        self.model.parameters.push(Parameter {
+            name: name.to_string(),
+            dim,
+            value,
+            range,
+            span,
+        });
     }
 
     /// A live value that moves towards what was set, at most over its whole range in a time.

@@ -159,8 +159,8 @@ pub struct Scope<'a> {
     pub strands: BTreeMap<&'a str, NameEntry<StrandId>>,
     /// Events by name.
     pub events: BTreeMap<&'a str, NameEntry<()>>,
-    /// Terms of the sound by name.
-    pub sounds: BTreeMap<&'a str, NameEntry<()>>,
+    /// Terms of the sound by name and by side.
+    pub sounds: BTreeMap<(&'a str, Option<&'a str>), NameEntry<()>>,
     /// Force terms by name and by what they push.
     pub forces: BTreeMap<(&'a str, &'a str), NameEntry<()>>,
     /// What each declaration has made.

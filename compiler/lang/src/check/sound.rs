@@ -12,17 +12,27 @@ use crate::units::Dim;
 const SIDES: [(&str, Side); 2] = [("left", Side::Left), ("right", Side::Right)];
 
 impl<'a> Elaborator<'a, '_> {
-    /// Enters a term of the sound.
-    pub fn declare_sound(&mut self, scope: ScopeId, name: &'a Name) -> Made {
-        let first = self.scopes[scope.0].sounds.get(name.node.as_str()).copied();
-        match first {
-            Some(first) => self.duplicate("sound", name, first.span, "a second one of this name"),
+    /// Enters a term of the sound: a label stands once for each side.
+    pub fn declare_sound(
+        &mut self,
+        scope: ScopeId,
+        name: &'a Name,
+        side: Option<&'a Name>,
+    ) -> Made {
+        let side = side.map(|side| side.node.as_str());
+        let sounds = &mut self.scopes[scope.0].sounds;
+        let shares = |other: Option<&str>| other.is_none() || side.is_none() || other == side;
+        let first = sounds
+            .iter()
+            .find(|((label, other), _)| *label == name.node && shares(*other));
+        match first.map(|(_, first)| first.span) {
+            Some(first) => self.duplicate("sound", name, first, "a second one of this name"),
             None => {
                 let entry = NameEntry {
                     id: (),
                     span: name.span,
                 };
-                self.scopes[scope.0].sounds.insert(&name.node, entry);
+                sounds.insert((&name.node, side), entry);
             }
         }
         Made::Itself
@@ -65,8 +75,23 @@ impl<'a> Elaborator<'a, '_> {
         found.map(|(_, side)| *side)
     }
 
+    /// Where a label stands on both sides, its name tells them apart: `out.left`, `out.right`.
+    fn name_sounds(&mut self) {
+        let sounds = &self.model.sounds;
+        let again = |sound: &Sound| sounds.iter().filter(|s| s.name == sound.name).count() > 1;
+        let name = |sound: &Sound| match SIDES.iter().find(|(_, side)| Some(*side) == sound.side) {
+            Some((side, _)) if again(sound) => format!("{}.{side}", sound.name),
+            _ => sound.name.clone(),
+        };
+        let names: Vec<String> = sounds.iter().map(name).collect();
+        for (sound, name) in self.model.sounds.iter_mut().zip(names) {
+            sound.name = name;
+        }
+    }
+
     /// Adds the terms of each channel, -1 .. 1.
     pub fn channels(&mut self) {
+        self.name_sounds();
         let sides: &[Option<Side>] = match &self.model.sounds[..] {
             [] => &[],
             all if all.iter().all(|sound| sound.side.is_none()) => &[None],

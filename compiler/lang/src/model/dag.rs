@@ -6,6 +6,8 @@
 
 use std::collections::HashMap;
 
+use super::curve::Curve;
+
 use super::{
     CellId, DelayId, Function, GridNumber, MachineId, NoiseId, Reading, StrandId, TunedId,
 };
@@ -108,6 +110,10 @@ pub enum Node {
     Slip(Balance),
     /// `a / b` with 16 significant bits, at most so much either way. Only `simplify` builds it.
     Ratio(NodeId, NodeId, Real),
+    /// A curve at a value. Only `simplify` builds it.
+    Curve(Curve, NodeId),
+    /// The derivative of a curve by what it is a function of.
+    Incline(Curve, NodeId),
     /// Whether a machine is in a state at the tick's start (bool).
     Is(MachineId, u32),
     /// `c0 + sum c_i * x_i`, with `x_i` in increasing order, no `x_i` a constant or another
@@ -251,6 +257,7 @@ impl Node {
             &Node::Trial(_, free) => vec![free],
             &Node::Slip(balance) => balance.operands().to_vec(),
             &Node::Ratio(a, b, _) => vec![a, b],
+            Node::Curve(_, x) | Node::Incline(_, x) => vec![*x],
         }
     }
 

@@ -222,6 +222,11 @@ impl<'d> PrimePass<'d> {
             Node::Power(a, 1) => self.root(id, a),
             Node::Power(a, halves) => self.power(a, halves),
             Node::Function(function, a) => self.function(id, function, a),
+            Node::Curve(curve, x) => {
+                let dx = self.of(x)?;
+                let slope = self.dag.add(Node::Incline(curve, x));
+                Some(self.mul(slope, dx))
+            }
             Node::Linear(_, terms) => self.linear(&terms),
             Node::Min(a, b) => self.branch_taken(Cmp::Le, a, b),
             Node::Max(a, b) => self.branch_taken(Cmp::Ge, a, b),

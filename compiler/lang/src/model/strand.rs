@@ -184,12 +184,15 @@ impl Strand {
         sum.clamp(Strand::SPREAD.low, Strand::SPREAD.high)
     }
 
-    /// What the three differences between them count in the slope of that cubic, over a part.
+    /// What the three differences between them count in the slope, over a part: at a point it is
+    /// the mean of both sides, and between it is that of the cubic which has these slopes there
+    /// (Catmull-Rom). So it does not jump where a place moves from one part to the next.
     pub fn slopes(part: f64) -> [f64; 3] {
+        let both = part * (1.0 - part);
         [
-            (2.0 - 6.0 * part + 3.0 * part * part) / 6.0,
-            5.0 / 6.0 + part * (1.0 - part),
-            (3.0 * part * part - 1.0) / 6.0,
+            0.5 - 0.5 * part - 1.5 * both,
+            0.5 + 3.0 * both,
+            0.5 * part - 1.5 * both,
         ]
     }
 
@@ -226,8 +229,8 @@ impl Strand {
     pub fn reach(&self, reading: Reading, rate_hz: u32) -> Interval {
         /// The weights of a cubic through four points add up to no more, signs aside.
         const WEIGHTS: f64 = 1.25;
-        /// The same of its slope, over differences of neighbours.
-        const SLOPES: f64 = 1.34;
+        /// The same of a slope, over differences of neighbours.
+        const SLOPES: f64 = 1.51;
         match reading {
             Reading::Displacement => self.range,
             Reading::Rate => Interval::around(WEIGHTS * self.rate),

@@ -69,6 +69,7 @@ impl Node {
                 change(a);
                 change(b);
             }
+            Node::Curve(_, x) | Node::Incline(_, x) => change(x),
             Node::Slip(balance) => balance.operands_mut().into_iter().for_each(change),
         }
     }

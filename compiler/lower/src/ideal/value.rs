@@ -81,6 +81,9 @@ impl Tick<'_> {
             // Until its law is solved nothing slips.
             Node::Trial(..) | Node::Slip(_) => 0.0,
             Node::Ratio(a, b, limit) => (of(a) / of(b)).clamp(-limit.0, limit.0),
+            Node::Curve(curve, x) => curve.value(model, of(x)).unwrap_or(f64::NAN),
+            // No search is left where there are curves.
+            Node::Incline(..) => 0.0,
             Node::Neg(a) => -of(a),
             Node::Min(a, b) => of(a).min(of(b)),
             Node::Max(a, b) => of(a).max(of(b)),

@@ -8,6 +8,7 @@
 //! Each step writes the law anew, with the slip that it tries in the place of the trial.
 
 use super::rewrite::Rewriter;
+use std::collections::HashSet;
 use whippen_lang::model::dag::Real;
 use whippen_lang::model::{Balance, Node, NodeId};
 
@@ -16,8 +17,9 @@ const STEPS: usize = 3;
 /// Least slope that a step is made by: where the law falls with the slip, Newton's own is too
 /// long or goes backwards.
 const LEAST_SLOPE: f64 = 1.0 / 16.0;
-/// A step is held to so many times what the slip may be: it goes no further in any case.
-const FURTHEST: f64 = 4.0;
+/// A step is held to so many times what the slip may be: from one end of where it is held to the
+/// other it goes no further.
+const FURTHEST: f64 = 1.001;
 
 impl Rewriter<'_> {
     /// The slip of a friction.
@@ -28,12 +30,19 @@ impl Rewriter<'_> {
         let ends = [self.min(free, zero), self.max(free, zero)];
         let furthest = Real(FURTHEST * self.interval(free).magnitude());
         let mut slip = self.held(last, ends);
+        let curved = self.curved.get(&old).copied();
+        let [law, slope] = curved.unwrap_or([balance.law, balance.slope]);
+        let tried = Balance {
+            law,
+            slope,
+            ..balance
+        };
         let (one, least) = (self.constant(1.0), self.constant(LEAST_SLOPE));
         for _ in 0..STEPS {
             self.mark(old);
-            self.try_slip(balance, slip);
-            let [law, slope] = [balance.law, balance.slope].map(|part| self.node(part));
-            let (push, steep) = (self.mul(gain, law), self.mul(gain, slope));
+            self.try_slip(tried, slip);
+            let [law, slope] = [law, slope].map(|part| self.node(part));
+            let (push, steep) = (self.times(gain, law, slip), self.times(gain, slope, slip));
             let sum = self.combine(slip, 1.0, push);
             let rest = self.combine(sum, -1.0, free);
             let steep = self.combine(one, 1.0, steep);
@@ -46,6 +55,43 @@ impl Rewriter<'_> {
         self.try_slip(balance, slip);
         self.slips.push(slip);
         slip
+    }
+
+    /// A product in which the factors that do not depend on the slip stand together: they are the
+    /// same in every step.
+    fn times(&mut self, gain: NodeId, value: NodeId, slip: NodeId) -> NodeId {
+        let depends = self.depending_on(slip);
+        let (mut same, mut tried) = (gain, value);
+        loop {
+            let apart = match *self.dag.get(tried) {
+                Node::Mul(a, b) if !depends.contains(&a) => Some((a, b)),
+                Node::Mul(a, b) if !depends.contains(&b) => Some((b, a)),
+                Node::Linear(c0, ref terms) if c0.0 == 0.0 && terms.len() == 1 => {
+                    let (factor, x) = terms[0];
+                    Some((self.constant(factor.0), x))
+                }
+                _ => None,
+            };
+            let Some((factor, rest)) = apart else {
+                return self.mul(same, tried);
+            };
+            same = self.mul(same, factor);
+            tried = rest;
+        }
+    }
+
+    fn depending_on(&self, slip: NodeId) -> HashSet<NodeId> {
+        let mut depends = HashSet::from([slip]);
+        for (id, node) in self.dag.nodes().skip(slip.0 as usize) {
+            if node
+                .operands()
+                .iter()
+                .any(|operand| depends.contains(operand))
+            {
+                depends.insert(id);
+            }
+        }
+        depends
     }
 
     fn held(&mut self, slip: NodeId, [low, high]: [NodeId; 2]) -> NodeId {

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::curve::Curved;
 use super::{interval_of, linear::Sum};
 use whippen_ids::IdMap;
 use whippen_lang::model::dag::Real;
@@ -24,12 +25,14 @@ pub(super) struct Rewriter<'a> {
     shared: HashSet<NodeId>,
     /// Of each slip that a friction tries, the old node that solves it.
     solved: HashMap<NodeId, NodeId>,
+    /// Laws with curves, and their slopes, by the old node that solves them.
+    pub(super) curved: Curved,
     /// The slips of frictions.
     pub(super) slips: Vec<NodeId>,
 }
 
 impl<'a> Rewriter<'a> {
-    pub fn new(model: &'a Model, roots: Vec<NodeId>) -> Rewriter<'a> {
+    pub fn new(model: &'a Model, roots: Vec<NodeId>, curved: Curved) -> Rewriter<'a> {
         Rewriter {
             model,
             map: IdMap::filled(None, model.dag.len()),
@@ -41,6 +44,7 @@ impl<'a> Rewriter<'a> {
             within: IdMap::new(),
             shared: HashSet::new(),
             solved: solved(&model.dag),
+            curved,
             slips: Vec::new(),
         }
     }

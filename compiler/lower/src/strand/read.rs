@@ -135,18 +135,16 @@ impl Lowerer<'_> {
             Place::Computed { part, .. } => part,
         };
         let both = self.part_and_rest(part)?;
-        let weight = |value: f64| format::quantize(value, exp2(-i32::from(WEIGHT)));
-        // al^2 = al - z, so (2 - 6 al + 3 al^2)/6 = 1/3 - al/2 - z/2.
+        let one_half = self.constant(1 << (WEIGHT - 1))?;
+        // 1.5 z
+        let half = self.b.op(Op::Sar(1), &[both])?;
+        let bent = self.b.op(Op::Add, &[both, half])?;
         let half = self.b.op(Op::Sar(1), &[part])?;
-        let other = self.b.op(Op::Sar(1), &[both])?;
-        let third = self.constant(weight(1.0 / 3.0))?;
-        let sixth = self.constant(weight(1.0 / 6.0))?;
-        let middle = self.constant(weight(5.0 / 6.0))?;
-        let sum = self.b.op(Op::Add, &[half, other])?;
-        let first = self.b.op(Op::Sub, &[third, sum])?;
-        let middle = self.b.op(Op::Add, &[middle, both])?;
-        let difference = self.b.op(Op::Sub, &[half, other])?;
-        let last = self.b.op(Op::Sub, &[difference, sixth])?;
+        let first = self.b.op(Op::Sub, &[one_half, half])?;
+        let first = self.b.op(Op::Sub, &[first, bent])?;
+        let twice = self.b.op(Op::Shl(1), &[bent])?;
+        let middle = self.b.op(Op::Add, &[one_half, twice])?;
+        let last = self.b.op(Op::Sub, &[half, bent])?;
         Ok([first, middle, last])
     }
 
@@ -259,12 +257,10 @@ impl Lowerer<'_> {
             sum = self.b.op(Op::MacTop, &[sum, step, slope])?;
         }
         let unit = 0.5 * lsb / part * exp2(COARSER);
-        // A slope jumps from part to part.
-        let jumps = match place {
-            Place::Constant(..) => 0.0,
-            Place::Computed { .. } => 2.0 * reach.magnitude(),
-        };
-        Ok(Real::new(sum, unit, 2.5 * unit + jumps))
+        // The weights of a slope are half as steep again as those of a cubic, and reach as much
+        // further.
+        let moved = reach.magnitude() * self.off_by_place(id, place);
+        Ok(Real::new(sum, unit, 2.5 * unit + moved))
     }
 
     fn displacement_at(&mut self, id: StrandId, place: Place) -> Result<Real, OpError> {

@@ -22,6 +22,7 @@ pub(super) fn forms_of(parts: &mut Parts, mode: ModeId) -> Result<ModeForms, Thu
     let compiler = Compiler {
         modes: &parts.modes,
         layout: &parts.layout,
+        shared: &parts.shared_ranges,
         core: &parts.core,
     };
     let selected = compiler.select(

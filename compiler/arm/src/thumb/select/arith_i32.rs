@@ -228,7 +228,10 @@ impl Select<'_> {
         {
             return word;
         }
-        self.compare_and_move(a, b, if op == Op::Min { Cond::LT } else { Cond::GT })
+        let word = self.compare_and_move(a, b, if op == Op::Min { Cond::LT } else { Cond::GT });
+        // Operands may have been held on the way.
+        self.last_held = None;
+        word
     }
 
     /// The operand that is not constant, and the one that is.
@@ -267,6 +270,10 @@ impl Select<'_> {
                 MInst::new(isa).reg(Role::N, n)
             }
         };
+        self.last_held = Some(match isa {
+            Isa::USAT => Range::new(0, (1 << bits) - 1),
+            _ => Range::new(-(1 << (bits - 1)), (1 << (bits - 1)) - 1),
+        });
         Some(self.result(code.imm(bits)))
     }
 

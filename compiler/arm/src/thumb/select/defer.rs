@@ -17,6 +17,10 @@ impl Select<'_> {
         if low == high && inst.op.row().effect.is_pure() {
             return Some(Binding::Const(low));
         }
+        if self.plan[result].index.is_some() {
+            // Accesses take what it is the sum of.
+            return Some(Binding::Unbound);
+        }
         match row(inst.op).selected {
             Selected::InPlace | Selected::AtDecisions => None,
             Selected::AtOnlyUser => self.bind_at_users(inst, result),

@@ -2,7 +2,7 @@
 //! role.
 
 use super::shift::with_shift;
-use super::{Binding, Select, TableRow};
+use super::{Binding, Element, Select, TableRow};
 use crate::thumb::func::Terminator;
 use crate::thumb::literal::Literal;
 use crate::thumb::minst::{Access, AliasClass, MInst, Other, Reg, Relocation, Role, VReg};
@@ -11,7 +11,7 @@ use crate::thumb::routine::{OF_STRINGS, StringRoutine};
 use crate::thumb::state_layout::TICK;
 use whippen_isa::{Op as Isa, ShiftType};
 use whippen_kernel::layout::words;
-use whippen_kernel::{Range, Type, Value, wave};
+use whippen_kernel::{Op, Range, Type, Value, wave};
 use whippen_modes::ModeId;
 
 /// Places that are neither cells nor lines.
@@ -166,22 +166,77 @@ impl Select<'_> {
                 at + size * k.clamp(0, i64::from(found.len) - 1),
             );
         }
-        let index = self.clamp_index(index, found.len);
+        if let Some((part, k)) = self.plan[index].index {
+            return (
+                Reg::Virtual(self.element_base(part, None, size)),
+                at + size * k,
+            );
+        }
+        let held = (!self.is_inside(index, found.len)).then_some(found.len);
+        (Reg::Virtual(self.element_base(index, held, size)), at)
+    }
+
+    /// The record's address and so many times an index.
+    fn element_base(&mut self, index: Value, held: Option<u32>, size: i64) -> VReg {
+        let wanted = (index, held, size, self.at);
+        let mut known = self.elements.iter();
+        if let Some(known) = known.find(|e| (e.index, e.held, e.size, e.block) == wanted) {
+            return known.address;
+        }
+        let word = match held {
+            Some(len) => self.clamp_index(index, len),
+            None => self.reg(index),
+        };
         let sum = MInst::new(Isa::ADD_register)
             .with(Role::N, Self::fixed(RECORD))
-            .reg(Role::M, index);
-        let sum = self.result(with_shift(sum, ShiftType::LSL, size.trailing_zeros() as u8));
-        (Reg::Virtual(sum), at)
+            .reg(Role::M, word);
+        let address = self.result(with_shift(sum, ShiftType::LSL, size.trailing_zeros() as u8));
+        self.elements.push(Element {
+            index,
+            held,
+            size,
+            block: self.at,
+            address,
+        });
+        address
     }
 
     /// An index, held inside where it is not proven beyond doubt.
     pub(super) fn clamp_index(&mut self, index: Value, len: u32) -> VReg {
         let word = self.reg(index);
-        if self.clamp_indices {
-            self.clamp_word(word, Range::new(0, i64::from(len) - 1), Type::I32.range())
-        } else {
-            word
+        match self.is_inside(index, len) {
+            true => word,
+            false => {
+                let inside = Range::new(0, i64::from(len) - 1);
+                self.clamp_word(word, inside, Type::I32.range())
+            }
         }
+    }
+
+    fn is_inside(&self, index: Value, len: u32) -> bool {
+        let inside = Range::new(0, i64::from(len) - 1);
+        let held = self.state[index].held;
+        inside.contains(self.plan[index].proven) || held.is_some_and(|held| inside.contains(held))
+    }
+
+    /// Where the result of an operator lies because its operand was held by an instruction.
+    pub(super) fn held_by(&self, op: Op, [a, b]: [Value; 2]) -> Option<Range> {
+        let Range { low, high } = self.state[a].held?;
+        let moved = |by: fn(i64, i64) -> i64| {
+            let k = self.constant(b)?;
+            Some(Range::new(by(low, k), by(high, k)))
+        };
+        let found = match op {
+            Op::Add => moved(|a, k| a + k)?,
+            Op::Sub => moved(|a, k| a - k)?,
+            Op::Sar(n) => Range::new(low >> n, high >> n),
+            Op::SarRound(n) => {
+                let half = 1_i64 << n >> 1;
+                Range::new((low + half) >> n, (high + half) >> n)
+            }
+            _ => return None,
+        };
+        Type::I32.range().contains(found).then_some(found)
     }
 
     /// A word held in a range, known to lie in another.

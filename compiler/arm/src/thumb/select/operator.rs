@@ -26,6 +26,7 @@ impl Select<'_> {
     /// Emits what computes an operator, and binds its result.
     pub(super) fn select_operator(&mut self, op: Op, args: &[Value], result: Option<Value>) {
         let [a, b, c] = std::array::from_fn(|at| args.get(at).copied().unwrap_or(Value(0)));
+        self.last_held = None;
         let is_wide = result.is_some_and(|result| self.info(result).ty == Type::I64);
         let bound = match (op, is_wide) {
             (Op::Const(k), _) => Binding::Const(k),
@@ -84,6 +85,10 @@ impl Select<'_> {
             (Op::If | Op::Loop(_), _) => return,
         };
         if let Some(result) = result {
+            self.state[result].held = match op {
+                Op::Min | Op::Max => self.last_held,
+                _ => self.held_by(op, [a, b]),
+            };
             self.bind(result, bound);
         }
     }

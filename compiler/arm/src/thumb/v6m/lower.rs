@@ -173,7 +173,7 @@ impl Legal<'_> {
                 let m = self.low(code, Role::M);
                 self.shift(op, m, inst.amount)
             }
-            Op::LSL_register | Op::LSR_register => {
+            Op::LSL_register | Op::LSR_register | Op::ASR_register => {
                 let (n, m) = (self.value(code, Role::N), self.value(code, Role::M));
                 self.tied(op, n, Some(m))
             }
@@ -316,8 +316,21 @@ impl Legal<'_> {
             Op::QADD => self.call(Routine::AddSat, m, n),
             Op::QSUB => self.call(Routine::SubSat, m, n),
             Op::CLZ => self.call(Routine::LeadingZeros, m, m),
+            // By what is not negative.
+            Op::SDIV => {
+                let size = self.with_sign_of(n, n);
+                let quotient = self.call(Routine::Divide, size, m);
+                self.with_sign_of(quotient, n)
+            }
             _ => self.call(Routine::Divide, n, m),
         }
+    }
+
+    /// A word, negated where `of` is negative.
+    fn with_sign_of(&mut self, word: VReg, of: VReg) -> VReg {
+        let sign = self.shift(Op::ASR_immediate, Reg::Virtual(of), 31);
+        let flipped = self.tied(Op::EOR_register, sign, Some(word));
+        self.three(Op::SUB_register, Reg::Virtual(flipped), Reg::Virtual(sign))
     }
 
     fn multiply(&mut self, n: VReg, m: VReg) -> VReg {

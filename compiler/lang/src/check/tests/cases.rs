@@ -578,6 +578,21 @@ pub const MOTION: &[Case] = &[
         "sound a = 0.5 sound a = 0.2",
     ),
     case(
+        "a sound on the left and on the right",
+        &[],
+        "sound a on left = 0.5 sound a on right = 0.2 sound b on right = 0.1",
+    ),
+    case(
+        "a sound on both sides, and on the left",
+        &["WH0202"],
+        "sound a = 0.5 sound a on left = 0.2",
+    ),
+    case(
+        "a word that is taken, used",
+        &["WH0102"],
+        "let off = 3 N/m * x let a = 2 * off force f on x = off force g = max(off, a)",
+    ),
+    case(
         "circle",
         &["WH0401"],
         "let a = b + 1 mm let b = c / 2 let c = a",

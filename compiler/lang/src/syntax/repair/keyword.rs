@@ -1,5 +1,6 @@
 //! Keywords used as names: `on` and `off` may name states and what is emitted, others are
-//! reported.
+//! reported. Where a declaration takes `on` or `off` all the same, the values of that name are it,
+//! so that there is one message and not one for each.
 
 use super::{Tokens, at};
 use crate::diag::{Code, Diagnostic};
@@ -11,6 +12,7 @@ pub(super) fn repair<'s>(
     mut tokens: Tokens<'s>,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Tokens<'s> {
+    let mut taken = Vec::new();
     for i in 1..tokens.len() {
         if !tokens[i].node.is_hard_keyword() {
             continue;
@@ -26,7 +28,17 @@ pub(super) fn repair<'s>(
                 Diagnostic::new(Code::UnexpectedToken, span, message, "a name is expected")
                     .hint(hint),
             );
+            if matches!(tokens[i].node, Token::On | Token::Off) {
+                taken.push(tokens[i].node);
+            }
             tokens[i].node = Token::Word(name);
+        }
+    }
+    for i in 1..tokens.len() {
+        // Behind what ends an expression `on` says what something acts on.
+        if taken.contains(&tokens[i].node) && !tokens[i - 1].node.ends_expression() {
+            let span = tokens[i].span;
+            tokens[i].node = Token::Word(&text[span.start as usize..span.end as usize]);
         }
     }
     tokens
