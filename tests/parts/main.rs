@@ -30,7 +30,7 @@ instrument weights {
             position u in -60 mm .. 60 mm, rate in -10 m/s .. 10 m/s
             mass     20 g
             force    -(300 N/m + 200 N/m * i) * u - 0.2 N*s/m * u'
-            friction rubs(v) against v_rub = own * tanh(v * 20 s/m)
+            friction rubs(v) against v_rub = own * (tanh(v * 20 s/m) + 0.2 * tanh(v * 5 s/m))
         }
         event touched when y > i * 5 mm { emit touched(speed: x') }
         let moves = u
