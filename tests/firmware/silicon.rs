@@ -32,6 +32,7 @@ impl Played {
             modes: &modes,
             places: &[],
             midi: &notes,
+            parts: None,
         };
         let mut setup = setup();
         setup.keys = vec![KEYS; board.cores as usize];
