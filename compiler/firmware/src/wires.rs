@@ -133,7 +133,7 @@ mod tests {
         let names = ["a", "b", "c", "d", "e", "f"];
         let wires: Vec<Wire> = (0..40_u32)
             .map(|word| {
-                let takes = |at: &usize| (word as usize + at) % 3 != 0 || word < 4;
+                let takes = |at: &usize| !(word as usize + at).is_multiple_of(3) || word < 4;
                 let takers = (0..names.len()).filter(takes);
                 let at = |taker: usize| (names[taker], 200 - 4 * word + 400 * (word % 2));
                 (16 * word, takers.map(at).collect())
