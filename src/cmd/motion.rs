@@ -126,6 +126,7 @@ impl MotionArgs {
             stops,
             turns,
             lowpass_hz: self.lowpass,
+            ..MotionOptions::default()
         };
         let motion = motion::load(path, &options, tick_rate_hz)
             .map_err(|e| Failure::Usage(e.to_string()))?;

@@ -1,5 +1,6 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
+mod action;
 mod agree;
 mod arm;
 mod bowed;
