@@ -84,6 +84,7 @@ use search::Chosen;
 use state_layout::LITERALS_MAX;
 use std::borrow::Cow;
 use std::fmt;
+use tick_invariant::TickInvariants;
 use whippen_ids::IdMap;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
@@ -205,6 +206,9 @@ pub struct TickAbi {
     pub drive_offset: u32,
     /// The least bytes of a key's record; [`record_bytes`] says what a kernel needs.
     pub record_bytes_min: u32,
+    /// Whether what is the same for all keys is computed once, at the tick's entry, and stored; for
+    /// one key that only costs.
+    pub shares: bool,
 }
 
 /// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)`
@@ -280,7 +284,10 @@ fn compile_parts<'m>(
     if modes.modes.len() + modes.kernel.tables.len() > LITERALS_MAX / 2 {
         return Err(ThumbError::Modes(modes.modes.len()));
     }
-    let (modes, shared) = tick_invariant::hoist_invariants(modes);
+    let (modes, shared) = match abi {
+        Some(TickAbi { shares: false, .. }) => (Cow::Borrowed(modes), TickInvariants::default()),
+        _ => tick_invariant::hoist_invariants(modes),
+    };
     let kernel = &modes.kernel;
     let mut layout = StateLayout::new(kernel, options, abi, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
