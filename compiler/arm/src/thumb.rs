@@ -92,7 +92,6 @@ use whippen_kernel::{Kernel, Range};
 use whippen_modes::{ModeId, Modes};
 
 pub use after::{Function, Pass, code_after};
-pub use emit::NoEncoding;
 pub use state_layout::{EVENT_MARK, EventRing, StateLayout};
 
 /// What to build.
@@ -126,6 +125,18 @@ pub enum ThumbError {
         /// The furthest that there may be.
         max: u32,
     },
+    /// More is alive at once than loads and stores reach on the stack.
+    Stack {
+        /// Words that the code keeps there.
+        slots: usize,
+        /// How many there may be.
+        max: usize,
+    },
+    /// There is so much code that steps between branches and where they lead would be too many.
+    Branches {
+        /// The code without such steps, in bytes.
+        bytes: u32,
+    },
     /// A bug: no registers, or no encoding.
     Bug(String),
 }
@@ -142,6 +153,16 @@ impl fmt::Display for ThumbError {
                 f,
                 "the string `{name}` ends {end} bytes behind the beginning of its key's record, \
                  and code reaches {max}; let it have fewer points"
+            ),
+            ThumbError::Stack { slots, max } => write!(
+                f,
+                "a tick keeps {slots} words on the stack, and code of this core reaches {max}; let a \
+                 bank have fewer members, or take a board with another core"
+            ),
+            ThumbError::Branches { bytes } => write!(
+                f,
+                "a tick is {bytes} bytes of code, and branches of this core reach 2048; let a bank \
+                 have fewer members, or take a board with another core"
             ),
             ThumbError::Bug(what) => write!(f, "no code: {what}"),
         }
@@ -326,8 +347,7 @@ fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
     let modes = &parts.modes;
     let name = &options.name;
     let program = write_program(&parts.layout, &parts.core, &modes.kernel, name, &parts.made);
-    let code = assemble(program.items, program.labels, parts.core.arch, name)
-        .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
+    let code = assemble(program.items, program.labels, parts.core.arch, name)?;
     let mut object = assemble_object(&modes.kernel, &parts.layout, options, &parts.literals, code);
     v6m::add_routines(&mut object, options)?;
     wave::add_routines(&mut object, &modes.kernel, &parts.layout, options)?;
