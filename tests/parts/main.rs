@@ -4,6 +4,7 @@
 mod divided;
 mod played;
 mod rig;
+mod set;
 
 use whippen_compiler::check::Options;
 use whippen_compiler::front::compile_front;
@@ -13,6 +14,9 @@ use whippen_runtime::device::Device;
 
 /// Ticks per second at which every board has time for the strings.
 const SLOW_HZ: u32 = 11_025;
+
+/// Ticks per second of sound.
+const SOUND_HZ: u32 = 44_100;
 
 /// Four bowed strings.
 const STRINGS: &str = include_str!("../programs/bowed_strings.whip");

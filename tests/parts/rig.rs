@@ -135,6 +135,12 @@ impl<'a> Rig<'a> {
         u32::from_le_bytes(bytes)
     }
 
+    /// Writes a word of memory.
+    pub fn set(&mut self, at: u32, word: u32) {
+        let memory = &mut self.machine.bus.memory;
+        memory.write(at, &word.to_le_bytes()).expect("memory");
+    }
+
     /// A word of core 0's block.
     pub fn block(&self, offset: u32) -> u32 {
         self.word(self.image.symbol("core0") + offset)

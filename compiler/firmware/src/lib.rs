@@ -28,6 +28,7 @@ mod ports;
 mod running;
 mod sound;
 mod tables;
+mod wires;
 mod zones;
 
 pub use boards::{Support, Unsupported, support};

@@ -31,7 +31,7 @@ use whippen_modes::Modes;
 use whippen_parts::{Of, Parts, Role};
 
 use super::code::{CoreCode, ZoneCode};
-use super::{CORES, drive_offset_bytes};
+use super::{CORES, drive_offset_bytes, wires};
 
 /// An instrument in parts, with the modes of each.
 #[derive(Debug, Clone)]
@@ -214,54 +214,6 @@ core1_go: .space 4
 core1_seen: .space 4
 ";
 
-/// Bytes that the offset of a load of all cores reaches.
-const REACH: u32 = 124;
-
-/// Registers of words that are loaded before the first is stored.
-const LOADED: [&str; 4] = ["r2", "r3", "r4", "r5"];
-
-/// Words that are copied, as assembly.
-#[derive(Default)]
-struct WireRow {
-    text: String,
-    /// Where R0 and R1 point to.
-    bases: [Option<(String, u32)>; 2],
-    /// Offsets from them that are still to be copied.
-    open: Vec<[u32; 2]>,
-}
-
-impl WireRow {
-    fn copy(&mut self, from: (&str, u32), to: (&str, u32)) {
-        for (at, (name, offset)) in [from, to].into_iter().enumerate() {
-            let base = self.bases[at].as_ref();
-            let reaches = |(known, base): &(String, u32)| {
-                known == name && (*base..=base + REACH).contains(&offset)
-            };
-            if !base.is_some_and(reaches) {
-                self.flush();
-                let _ = writeln!(self.text, "        ldr     r{at}, ={name}_state + {offset}");
-                self.bases[at] = Some((name.to_string(), offset));
-            }
-        }
-        let own = |at: usize| self.bases[at].as_ref().map_or(0, |(_, base)| *base);
-        self.open.push([from.1 - own(0), to.1 - own(1)]);
-        if self.open.len() == LOADED.len() {
-            self.flush();
-        }
-    }
-
-    /// Loads and stores what is open.
-    fn flush(&mut self) {
-        let open = std::mem::take(&mut self.open);
-        for (word, [from, _]) in LOADED.iter().zip(&open) {
-            let _ = writeln!(self.text, "        ldr     {word}, [r0, #{from}]");
-        }
-        for (word, [_, to]) in LOADED.iter().zip(&open) {
-            let _ = writeln!(self.text, "        str     {word}, [r1, #{to}]");
-        }
-    }
-}
-
 struct Calls<'a> {
     text: String,
     cut: &'a Cut,
@@ -304,31 +256,19 @@ impl Calls<'_> {
 
     /// Copies what a part has left to whoever takes it.
     fn wires(&mut self, from: usize) {
-        let (from_name, from_built) = self.cut.part(self.tail, from);
-        let mut all: Vec<(usize, u32, u32)> = Vec::new();
-        for wire in self
-            .cut
-            .of
-            .wires
-            .iter()
-            .filter(|wire| wire.from.part == from)
-        {
-            let cell = from_built.layout.cell(0, wire.from.number as usize);
-            let left = cell.unwrap_or(0) + 4 * wire.word;
-            for to in &wire.to {
-                let (_, built) = self.cut.part(self.tail, to.part);
-                let taken = built.layout.live_param(to.number as usize);
-                all.push((to.part, left, taken.unwrap_or(0)));
-            }
-        }
-        all.sort_unstable();
-        let mut row = WireRow::default();
-        for (to, left, taken) in all {
-            let (to_name, _) = self.cut.part(self.tail, to);
-            row.copy((from_name, left), (to_name, taken));
-        }
-        row.flush();
-        self.text.push_str(&row.text);
+        let (name, built) = self.cut.part(self.tail, from);
+        let wires = self.cut.of.wires.iter();
+        let words = wires.filter(|wire| wire.from.part == from).map(|wire| {
+            let cell = built.layout.cell(0, wire.from.number as usize);
+            let taken = wire.to.iter().map(|to| {
+                let (name, built) = self.cut.part(self.tail, to.part);
+                let at = built.layout.live_param(to.number as usize).unwrap_or(0);
+                (name, at)
+            });
+            (cell.unwrap_or(0) + 4 * wire.word, taken.collect())
+        });
+        let text = wires::as_assembly(name, words.collect());
+        self.text.push_str(&text);
     }
 
     /// A tick of all parts, and the beginning of all of them.
