@@ -6,11 +6,14 @@
 //! is divided so is bounded first. What it proves of a key of each zone says what every other
 //! division would come to, and the one is taken with which the slowest core of the slowest program
 //! is fastest; of equal ones that with the most equal parts. Its image is then bounded as it
-//! stands: only the choice rests on the sums here.
+//! stands: only the choice rests on the sums here. Members of an instrument in parts are divided in
+//! the same way.
 
 use whippen_board::Board;
-use whippen_budget::{Budget, NotBounded, Program, cores};
-use whippen_firmware::{FirmwareImage, ImageError, Instrument, ProgramCode, Setup, build_image};
+use whippen_budget::{Bounded, Budget, NotBounded, Program, cores};
+use whippen_firmware::{
+    FirmwareImage, ImageError, Instrument, ProgramCode, Setup, build_divided, build_image,
+};
 use whippen_keyboard::{Layout, ProgramId};
 
 /// Keys of a core, at most.
@@ -57,7 +60,7 @@ pub fn build_partitioned(
 ) -> Result<FirmwareImage, BuildError> {
     let equal = build_image(layout, instruments, setup, board).map_err(BuildError::Image)?;
     if setup.keys.len() == 1 {
-        return Ok(equal);
+        return with_faster_parts(equal, layout, instruments, setup, board);
     }
     if layout.split_program().is_none() {
         return with_odd_key_in_time(equal, layout, instruments, setup, board);
@@ -72,6 +75,45 @@ pub fn build_partitioned(
         ..setup.clone()
     };
     build_image(layout, instruments, &divided, board).map_err(BuildError::Image)
+}
+
+/// The image of an instrument in parts, or that in which its members are divided by the cycles that
+/// the first one proves, if its frame is shorter.
+fn with_faster_parts(
+    first: FirmwareImage,
+    layout: &Layout,
+    instruments: &[Instrument],
+    setup: &Setup,
+    board: &Board,
+) -> Result<FirmwareImage, BuildError> {
+    let in_parts = instruments.iter().find_map(|instrument| instrument.parts);
+    let (Some(in_parts), Some(cut)) = (in_parts, first.cut()) else {
+        return Ok(first);
+    };
+    let frame = |image: &FirmwareImage| -> Result<Bounded, NotBounded> {
+        let mut all = cores(image, &Program::of(&image.image), board, ProgramId(0))?;
+        Ok(all.swap_remove(0))
+    };
+    // What has no bound is judged by whoever wants one.
+    let Ok(bounded) = frame(&first) else {
+        return Ok(first);
+    };
+    let cycles = |part: usize| {
+        let cut = bounded.contended.cut.as_ref();
+        let own = cut.and_then(|cut| cut.parts.get(part));
+        own.map_or(0, |part| part.code.tick.cycles_max(1))
+    };
+    let division = in_parts.divided(board.stacks.len(), cycles);
+    let known = cut.parts.iter().map(|part| part.core);
+    if known.eq(division.iter().copied().take(cut.parts.len())) {
+        return Ok(first);
+    }
+    let other = build_divided(layout, instruments, setup, board, &division);
+    let other = other.map_err(BuildError::Image)?;
+    let is_shorter = |other: &FirmwareImage| {
+        frame(other).is_ok_and(|other| other.contended.cycles_max < bounded.contended.cycles_max)
+    };
+    Ok(if is_shorter(&other) { other } else { first })
 }
 
 /// The image of equal parts, or where it is late that in which core 1 has the key that is over, if

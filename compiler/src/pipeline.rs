@@ -15,7 +15,7 @@ use std::fmt::Display;
 
 use whippen_board::Board;
 use whippen_budget::{Bounded, Budget, NotBounded, Program as Bytes, cores};
-use whippen_firmware::{FirmwareImage, Instrument, Setup};
+use whippen_firmware::{FirmwareImage, InParts, Instrument, Setup};
 use whippen_kernel::{self as kernel, without_probes};
 use whippen_keyboard::{Layout, ProgramId};
 use whippen_lang::check::{Options, Program};
@@ -29,6 +29,7 @@ use whippen_lower::scales::{PortScales, Scales};
 use whippen_lower::simplify::{self, Step};
 use whippen_lower::{self as lower, Lowered, lost, slow_port};
 use whippen_modes::{self as modes, Modes};
+use whippen_parts::{Parts, split};
 use whippen_source::SourceMap;
 
 pub use crate::partition::BuildError;
@@ -208,6 +209,32 @@ pub fn specialize(
     modes::verify::verify(&modes).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
     observer(Pass::Modes, &modes);
     Ok(modes)
+}
+
+/// Kernel to Parts with Modes of their own, with so many instructions at most for each; none where
+/// it has not two members that are worth it.
+///
+/// # Errors
+/// A defect.
+pub fn cut(compiled: &Compiled, instructions: usize) -> Result<Option<InParts>, CompileError> {
+    let whole = without_probes(&compiled.lowered.kernel);
+    // What is heard is looked for in the tail.
+    let is_heard = |parts: &Parts| {
+        let tail = parts.parts.last();
+        tail.is_some_and(|tail| tail.kernel.channels().len() == whole.channels().len())
+    };
+    let Some(parts) = split(&whole).filter(is_heard) else {
+        return Ok(None);
+    };
+    let of_part = |part: &whippen_parts::Part| {
+        let kernel = &part.kernel;
+        kernel::verify::verify(kernel).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
+        let modes = modes::specialize(kernel, instructions);
+        modes::verify::verify(&modes).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
+        Ok(modes)
+    };
+    let modes = parts.parts.iter().map(of_part).collect::<Result<_, _>>()?;
+    Ok(Some(InParts { parts, modes }))
 }
 
 /// Modes to Image: code of the keys, partition, firmware, linking.

@@ -134,8 +134,13 @@ impl Describe<'_> {
             .lives
             .iter()
             .zip(&self.compiled.model.lives);
+        let kernels = (&self.compiled.lowered.kernel, &self.modes.kernel);
         for (index, (meaning, live)) in lives.enumerate() {
-            let Some(at) = self.layout.live_param(index) else {
+            // A part of an instrument has some of its live values.
+            let name = kernels.0.lives.get(index).map(|live| &live.name);
+            let mut own = kernels.1.lives.iter();
+            let own = own.position(|own| Some(&own.name) == name);
+            let Some(at) = own.and_then(|own| self.layout.live_param(own)) else {
                 continue;
             };
             let meaning = match live.dim {

@@ -15,9 +15,10 @@ use crate::board::{Board, BoardError, CoreKind, Region};
 use crate::bus::{Bus, DeviceId, Waits};
 use crate::device::bootram::BootRam;
 use crate::device::busctrl::BusCtrl;
+use crate::device::clocks::{self, Clocks, Resets};
 use crate::device::converter::Converter;
 use crate::device::dma::{self, Dma};
-use crate::device::power::{Power, Watchdog};
+use crate::device::power::{Power, Stages, Ticks, Watchdog, Wiring};
 use crate::device::registers::{Registers, Row};
 use crate::device::sio::{Chip, Sio};
 use crate::device::timer::Timer;
@@ -125,6 +126,10 @@ struct ChipTable {
     banks: &'static [Banks],
     /// Blocks that only hold what is written.
     registers: &'static [(u32, &'static [Row])],
+    /// Base of the clocks, and what is particular to them.
+    clocks: (u32, clocks::ClockLayout),
+    /// Base of the resets, their registers, the blocks that need clk_peri to leave theirs.
+    resets: (u32, &'static [Row], u32),
     /// SIO, and how much faster than memory it is.
     sio: Chip,
     sio_waits: Waits,
@@ -133,10 +138,13 @@ struct ChipTable {
     timer_intr: u32,
     /// Bases and interrupts of the serial ports.
     uarts: [(u32, usize); 2],
-    /// PSM: base, the bit of core 1, all bits.
-    power: (u32, u32, u32),
-    /// Base, counts per microsecond.
+    /// PSM: base, what its bits mean.
+    power: (u32, Stages),
+    /// Base, counts per tick.
     watchdog: (u32, u32),
+    /// The generator of its ticks in a block of registers: the block's base, the generator's
+    /// offset.
+    watchdog_ticks: Option<(u32, u32)>,
     dma: dma::Layout,
     /// Base and interrupt of the converter, which no chip has.
     converter: (u32, usize),
@@ -217,23 +225,31 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
             Box::new(Timer::new(clock_hz, *irq, chip.timer_intr)),
         );
     }
+    let mut ticks = Ticks::Own;
     for (base, rows) in chip.registers {
-        bus.attach(*base, BLOCK, PERIPHERAL, Box::new(Registers::new(rows)));
+        let block = bus.attach(*base, BLOCK, PERIPHERAL, Box::new(Registers::new(rows)));
+        if let Some((of, at)) = chip.watchdog_ticks
+            && of == *base
+        {
+            ticks = Ticks::Block(block, at);
+        }
     }
-    let (base, core1, mask) = chip.power;
-    bus.attach(
-        base,
-        BLOCK,
-        PERIPHERAL,
-        Box::new(Power::new(core1, mask, sio, chip.core1())),
-    );
-    let (base, counts_per_us) = chip.watchdog;
-    bus.attach(
-        base,
-        BLOCK,
-        PERIPHERAL,
-        Box::new(Watchdog::new(clock_hz, counts_per_us)),
-    );
+    let (base, layout) = chip.clocks;
+    let clocks = bus.attach(base, BLOCK, PERIPHERAL, Box::new(Clocks::new(layout)));
+    let (base, rows, on_peri) = chip.resets;
+    let resets = Resets::new(rows, clocks, on_peri);
+    bus.attach(base, BLOCK, PERIPHERAL, Box::new(resets));
+    let (base, stages) = chip.power;
+    let power = Power::new(stages, sio, chip.core1());
+    let power = bus.attach(base, BLOCK, PERIPHERAL, Box::new(power));
+    let (base, counts_per_tick) = chip.watchdog;
+    let wiring = Wiring {
+        power,
+        clocks,
+        ticks,
+    };
+    let watchdog = Watchdog::new(clock_hz, counts_per_tick, wiring);
+    bus.attach(base, BLOCK, PERIPHERAL, Box::new(watchdog));
     bus.attach(
         DMA_BASE,
         BLOCK,

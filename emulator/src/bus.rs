@@ -51,6 +51,10 @@ pub trait Device: Any {
 
     /// Called when `due` has come, at the first instruction boundary from then on.
     fn attend(&mut self, _cycle: u64, _bus: &mut Bus) {}
+
+    /// The chip resets its peripherals. The run ends with that, so only what a host sees afterwards
+    /// matters: what outputs put out.
+    fn reset(&mut self) {}
 }
 
 /// Cycles that accesses take beyond one; negative where a port is faster than the core's load or
@@ -171,6 +175,12 @@ impl Bus {
             self.slots[index].due = due;
             self.due = self.slots.iter().map(|s| s.due).min().unwrap_or(u64::MAX);
         }
+    }
+
+    /// Resets all devices.
+    pub(crate) fn reset(&mut self) {
+        let devices = self.slots.iter_mut().filter_map(|s| s.device.as_mut());
+        devices.for_each(|device| device.reset());
     }
 
     /// Calls every device that is due.

@@ -4,6 +4,7 @@
 //! ```text
 //!   registers   blocks that only hold what is written, with the status bits that start-up code polls (tables)
 //!   busctrl     priorities at the ports of memory
+//!   clocks      sources of clk_ref and clk_sys, and how they are switched; which blocks leave their reset
 //!   sio         core number, mailbox between cores, spinlocks, doorbells, pins; the divider of RP2040
 //!   timer       microseconds and four alarms        power   switching core 1 off and on, the watchdog
 //!   uart        PL011, or an STM32's: bytes         dma     channels, paced by requests
@@ -12,11 +13,12 @@
 //! ```
 //!
 //! Time is cycles of the system clock, which the board fixes: registers of clocks and dividers are
-//! kept and answered, but do not change how long a cycle is.
+//! kept and answered, and make the watchdog's ticks, but do not change how long a cycle is.
 
 pub(crate) mod alias;
 pub(crate) mod bootram;
 pub(crate) mod busctrl;
+pub(crate) mod clocks;
 pub mod converter;
 pub(crate) mod dma;
 pub(crate) mod iwdg;

@@ -38,8 +38,11 @@ pub struct Lines {
     pub(crate) cores: Vec<CoreLines>,
     /// Whether anything changed that a core has not looked at.
     pub(crate) changed: bool,
-    /// Whether a device asks for a reset of the chip.
+    /// Whether a device asks for a reset of the chip, and whether of its peripherals too.
     pub(crate) reset: bool,
+    pub(crate) reset_peripherals: bool,
+    /// The clock that glitched.
+    pub(crate) glitch: Option<&'static str>,
 }
 
 impl Lines {
@@ -48,6 +51,8 @@ impl Lines {
             cores: vec![CoreLines::default(); cores],
             changed: false,
             reset: false,
+            reset_peripherals: false,
+            glitch: None,
         }
     }
 
@@ -104,7 +109,19 @@ impl Lines {
 
     /// Asks for a reset of the chip, which ends the run.
     pub fn reset(&mut self) {
+        self.reset_peripherals = true;
+        self.reset_cores();
+    }
+
+    /// Asks for a reset of the cores alone, which ends the run; peripherals go on.
+    pub fn reset_cores(&mut self) {
         self.reset = true;
+        self.changed = true;
+    }
+
+    /// A clock had an edge that came too early, which ends the run.
+    pub fn glitch(&mut self, clock: &'static str) {
+        self.glitch = Some(clock);
         self.changed = true;
     }
 

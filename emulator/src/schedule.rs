@@ -161,7 +161,13 @@ impl Machine {
             self.bus.attend(cycle);
         }
         if std::mem::take(&mut self.bus.lines.reset) {
+            if std::mem::take(&mut self.bus.lines.reset_peripherals) {
+                self.bus.reset();
+            }
             return Err(Stop::Reset);
+        }
+        if let Some(clock) = self.bus.lines.glitch.take() {
+            return Err(Stop::Glitch { clock });
         }
         self.obey();
         for i in 0..self.cores.len() {

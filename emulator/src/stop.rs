@@ -43,6 +43,12 @@ pub enum Stop {
     Asleep,
     /// The program or its watchdog asked for a reset of the system.
     Reset,
+    /// The auxiliary source of a clock was changed while it was in use: nobody knows what a chip
+    /// does then.
+    Glitch {
+        /// Which clock.
+        clock: &'static str,
+    },
 }
 
 impl fmt::Display for Stop {
@@ -71,6 +77,10 @@ impl fmt::Display for Stop {
             }
             Self::Asleep => f.write_str("all cores sleep and nothing will wake them"),
             Self::Reset => f.write_str("the program or its watchdog asked for a reset"),
+            Self::Glitch { clock } => write!(
+                f,
+                "{clock} glitched: its auxiliary source was changed while it was in use"
+            ),
         }
     }
 }

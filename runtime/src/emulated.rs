@@ -345,9 +345,9 @@ impl Emulated {
         }
     }
 
-    /// The cycle of the core that is ahead.
+    /// The cycle of the core that is ahead: where one sleeps, that may be one without keys.
     fn cycle(&self) -> u64 {
-        let cycles = self.cores().map(|core| self.machine.cycle(core));
+        let cycles = (0..self.machine.cores()).map(|core| self.machine.cycle(core));
         cycles.max().unwrap_or(0)
     }
 

@@ -10,12 +10,12 @@
 //! Not here: the firmware itself (the compiler), files.
 
 use whippen_compiler::firmware::{
-    GuardedDrive, GuardedPort, Instrument, Midi, Motor, Passivity, Setup, divide_equally,
+    GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, Passivity, Setup, divide_equally,
 };
 use whippen_compiler::image::{Place, places};
 use whippen_compiler::model::Sense;
 use whippen_compiler::modes::Modes;
-use whippen_compiler::pipeline::{CompileError, Compiled, Observer, specialize};
+use whippen_compiler::pipeline::{CompileError, Compiled, Observer, cut, specialize};
 use whippen_compiler::source::SourceMap;
 
 use crate::device::{Device, Port, Stands};
@@ -37,6 +37,8 @@ pub struct ImageInstrument {
     pub places: Vec<Place>,
     /// Which events are notes.
     pub midi: Midi,
+    /// The instrument in parts, if it is played once and has members that are worth it.
+    pub parts: Option<InParts>,
 }
 
 impl ImageInstrument {
@@ -55,7 +57,17 @@ impl ImageInstrument {
             modes: specialize(compiled, instructions, observer)?,
             places: map.map_or_else(Vec::new, |map| places(&compiled.lowered.origins, map)),
             midi: midi(compiled),
+            parts: match compiled.model.is_of_key() {
+                true => None,
+                false => cut(compiled, instructions)?,
+            },
         })
+    }
+
+    /// The modes of what an image has as the keys of a zone: of the tail, if it is in parts.
+    pub fn modes_of_zone(&self) -> &Modes {
+        let tail = self.parts.as_ref().and_then(|parts| parts.modes.last());
+        tail.unwrap_or(&self.modes)
     }
 
     /// As the builder of images takes them.
@@ -64,6 +76,7 @@ impl ImageInstrument {
             modes: &own.modes,
             places: &own.places,
             midi: &own.midi,
+            parts: own.parts.as_ref(),
         });
         all.collect()
     }

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Keys do not hear each other, so a group is computed by itself and the outcome does not depend on
-//! how many threads there are. Groups are of one size whatever the machine. What is kept grows with
+//! how many threads there are. Groups are of one size whatever the machine. All go on slice by
+//! slice, so whoever stops a performance has all keys up to the same tick. What is kept grows with
 //! what happens, not with time: no trace of every tick. A key without moves is not run.
 //!
 //! Not here: where the moves come from (`stroke`), what the outcome means (`outcome`).
@@ -14,8 +15,9 @@ mod outcome;
 
 pub use outcome::{Outcome, PlayedNote, Strike};
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use whippen_compiler::kernel;
 use whippen_compiler::keyboard::{KeyRange, Layout, Program, ProgramId, Zone, ZoneId};
@@ -34,8 +36,8 @@ const GROUP: usize = 8;
 /// So many events of a key are kept: 36 a second for an hour.
 const EVENTS_MAX: usize = 1 << 17;
 
-/// Ticks between looks at the clock.
-const BLOCK: usize = 4096;
+/// Ticks that a group plays before the next one does: about a tenth of a second.
+const SLICE: usize = 4096;
 
 /// A key that plays.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -87,11 +89,37 @@ impl<'a> PlayedProgram<'a> {
     }
 }
 
-/// What a group gives.
-type Logs = Result<Vec<KeyLog>, String>;
+/// How long keys play.
+#[derive(Debug, Clone, Copy)]
+pub struct Playtime<'s> {
+    /// To the end.
+    pub ticks: usize,
+    /// When this is on they end sooner, all at the same tick.
+    pub stop: Option<&'s AtomicBool>,
+}
 
-/// Plays keys, which come from the lowest up, for so many ticks, on so many threads. `progress` is
-/// told keys times ticks that were done since the last time.
+impl Playtime<'_> {
+    /// So many ticks, whatever happens.
+    pub fn of(ticks: usize) -> Playtime<'static> {
+        Playtime { ticks, stop: None }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
+}
+
+/// What keys did.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlayedKeys {
+    /// Of each key, from the lowest up.
+    pub logs: Vec<KeyLog>,
+    /// The ticks that were played: fewer than wanted where somebody stopped it.
+    pub ticks: usize,
+}
+
+/// Plays keys, which come from the lowest up, on so many threads. `progress` is told keys times
+/// ticks that were done since the last time.
 ///
 /// # Errors
 /// The instrument cannot be compiled or run on this machine: a defect, in words.
@@ -100,10 +128,10 @@ pub fn play(
     device: &Device,
     kind: EngineKind,
     keys: &[PlayingKey],
-    ticks: usize,
+    duration: Playtime,
     threads: usize,
     progress: impl Fn(usize) + Sync,
-) -> Result<Vec<KeyLog>, String> {
+) -> Result<PlayedKeys, String> {
     let playing_in = |zone: &Zone| {
         let at = |key: u32| keys.partition_point(|playing| playing.index < key as usize);
         &keys[at(zone.keys.first)..at(zone.keys.end)]
@@ -114,33 +142,75 @@ pub fn play(
         let of_zone = playing_in(zone).chunks(GROUP);
         groups.extend(of_zone.map(|group| (model, group)));
     }
-    let done: Mutex<Vec<(usize, Logs)>> = Mutex::new(Vec::new());
-    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-    std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, groups.len().max(1)) {
-            scope.spawn(|| {
-                while !failed.load(Ordering::Relaxed) {
-                    let at = next.fetch_add(1, Ordering::Relaxed);
-                    let Some((model, group)) = groups.get(at) else {
-                        return;
-                    };
-                    let logs = play_group(model, device, kind, group, ticks, &progress);
-                    failed.fetch_or(logs.is_err(), Ordering::Relaxed);
-                    // A poisoned lock means another thread has panicked, which ends the scope with
-                    // its panic anyway.
-                    if let Ok(mut done) = done.lock() {
-                        done.push((at, logs));
-                    }
-                }
-            });
+    let threads = threads.clamp(1, groups.len().max(1));
+    let slices = Slices::new(duration);
+    let (groups, slices, progress) = (&groups, &slices, &progress);
+    let work = |thread: usize| {
+        let own = groups.iter().skip(thread).step_by(threads);
+        let logs = play_groups(own.copied(), device, kind, slices, progress);
+        if logs.is_err() {
+            slices.fail();
         }
+        logs
+    };
+    let done = std::thread::scope(|scope| {
+        let all: Vec<_> = (0..threads)
+            .map(|thread| scope.spawn(move || work(thread)))
+            .collect();
+        let result = |thread: std::thread::ScopedJoinHandle<'_, Logs>| {
+            (thread.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        let all: Result<Vec<_>, String> = all.into_iter().map(result).collect();
+        all
     });
-    let mut done = done
-        .into_inner()
-        .map_err(|_| "a thread failed".to_string())?;
-    done.sort_by_key(|(at, _)| *at);
-    let logs: Result<Vec<Vec<KeyLog>>, String> = done.into_iter().map(|(_, logs)| logs).collect();
-    Ok(logs?.concat())
+    let mut logs = done?.concat();
+    logs.sort_by_key(|log| log.index);
+    Ok(PlayedKeys {
+        logs,
+        ticks: slices.played(),
+    })
+}
+
+/// What the groups of a thread give.
+type Logs = Result<Vec<KeyLog>, String>;
+
+/// How far threads have gone, each for itself, so that all of them end at the same tick.
+struct Slices<'s> {
+    duration: Playtime<'s>,
+    failed: AtomicBool,
+    /// The end of the last slice that somebody has begun.
+    begun: Mutex<usize>,
+}
+
+impl<'s> Slices<'s> {
+    fn new(duration: Playtime<'s>) -> Slices<'s> {
+        Slices {
+            duration,
+            failed: AtomicBool::new(false),
+            begun: Mutex::new(0),
+        }
+    }
+
+    /// The ticks behind those that somebody has done, if they are to be played: what another has
+    /// begun, or more as long as nobody stops.
+    fn next(&self, done: usize) -> Option<Range<usize>> {
+        let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
+        let end = self.duration.ticks.min(done + SLICE);
+        let ends = self.duration.is_stopped() || self.failed.load(Ordering::Relaxed);
+        if end == done || done == *begun && ends {
+            return None;
+        }
+        *begun = end.max(*begun);
+        Some(done..end)
+    }
+
+    fn fail(&self) {
+        self.failed.store(true, Ordering::Relaxed);
+    }
+
+    fn played(&self) -> usize {
+        *self.begun.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Plays all keys of a keyboard on one emulated board of that kind, and gives what it took besides.
@@ -152,9 +222,9 @@ pub fn play_on_board(
     device: &Device,
     board: EmulatedBoard,
     keys: &[PlayingKey],
-    ticks: usize,
+    duration: Playtime,
     progress: impl Fn(usize),
-) -> Result<(Vec<KeyLog>, Load), String> {
+) -> Result<(PlayedKeys, Load), String> {
     let all = Layout {
         first_note: 0,
         keys: keys.len() as u32,
@@ -182,20 +252,19 @@ pub fn play_on_board(
         });
     }
     let mut drive = vec![0; keys.len()];
-    for block in (0..ticks).step_by(BLOCK) {
-        let end = ticks.min(block + BLOCK);
-        for tick in block..end {
+    let (slices, mut ticks) = (Slices::new(duration), 0);
+    while let Some(slice) = slices.next(ticks) {
+        for tick in slice.clone() {
             play_tick(&mut engine, &mut zones, &mut drive, tick);
         }
-        progress((end - block) * keys.len());
+        ticks = slice.end;
+        progress(slice.len() * keys.len());
         if let Some(trouble) = engine.trouble() {
             return Err(trouble.to_string());
         }
     }
-    Ok((
-        zones.into_iter().flat_map(|zone| zone.group.logs).collect(),
-        engine.load(),
-    ))
+    let logs = zones.into_iter().flat_map(|zone| zone.group.logs).collect();
+    Ok((PlayedKeys { logs, ticks }, engine.load()))
 }
 
 /// The keys of a zone on a board.
@@ -246,27 +315,40 @@ pub fn model_of_keys(model: &Model, keys: &[usize]) -> Model {
     model
 }
 
-fn play_group(
-    model: &Model,
+/// Plays groups of keys, each with the values that its keys have, slice by slice.
+fn play_groups<'k>(
+    groups: impl Iterator<Item = (&'k Model, &'k [PlayingKey])>,
     device: &Device,
     kind: EngineKind,
-    keys: &[PlayingKey],
-    ticks: usize,
+    slices: &Slices,
     progress: &impl Fn(usize),
 ) -> Logs {
-    let indices: Vec<usize> = keys.iter().map(|key| key.index).collect();
-    let model = model_of_keys(model, &indices);
-    let compiled = compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))?;
-    let mut engine = Engine::new(kind, &compiled, device, keys.len())?;
-    let mut group = Group::new(&compiled, device, kind, keys);
-    for block in (0..ticks).step_by(BLOCK) {
-        let end = ticks.min(block + BLOCK);
-        for tick in block..end {
-            group.tick(&mut engine, tick);
-        }
-        progress((end - block) * keys.len());
+    let mut all: Vec<(Compiled, &[PlayingKey])> = Vec::new();
+    for (model, keys) in groups {
+        let indices: Vec<usize> = keys.iter().map(|key| key.index).collect();
+        let model = model_of_keys(model, &indices);
+        let compiled = compile(model, device.scales(), false).map_err(|e| format!("{e:?}"))?;
+        all.push((compiled, keys));
     }
-    Ok(group.logs)
+    let mut playing: Vec<(Engine, Group)> = Vec::new();
+    for (compiled, keys) in &all {
+        let engine = Engine::new(kind, compiled, device, keys.len())?;
+        playing.push((engine, Group::new(compiled, device, kind, keys)));
+    }
+    let mut done = 0;
+    while let Some(slice) = slices.next(done) {
+        for (engine, group) in &mut playing {
+            for tick in slice.clone() {
+                group.tick(engine, tick);
+            }
+            progress(slice.len() * group.logs.len());
+        }
+        done = slice.end;
+    }
+    Ok(playing
+        .into_iter()
+        .flat_map(|(_, group)| group.logs)
+        .collect())
 }
 
 /// The distance of neighbouring values of the arguments of each emission (SI); none in an engine

@@ -6,6 +6,7 @@ mod score;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use whippen_compiler::check::{Program, midi_number, note_name};
@@ -16,7 +17,8 @@ use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture::Follower;
 use whippen_runtime::keyboard::{
-    KeyLog, Outcome as Played, PlayingKey, model_of_keys, play as play_keys, play_on_board,
+    Outcome as Notes, PlayedKeys, PlayingKey, Playtime, model_of_keys, play as play_keys,
+    play_on_board,
 };
 use whippen_runtime::midi;
 use whippen_runtime::report::{Made, Section, id};
@@ -71,6 +73,8 @@ pub struct Setup<'a> {
     /// The instrument that was named after the files.
     pub name: Option<&'a str>,
     pub outputs: &'a Outputs,
+    /// What ends a performance with what was played.
+    pub stop: Option<&'static AtomicBool>,
 }
 
 /// What the keys play, or the lowest ones if they do not all play the same.
@@ -98,22 +102,19 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
         ));
     }
     let performance = midi::load(path).map_err(|e| Failure::Usage(e.to_string()))?;
-    let score = Score::new(&performance, &keyboard, setup.seconds);
+    let mut score = Score::new(&performance, &keyboard, setup.seconds);
     score.check(path, &keyboard)?;
     performance_report::report_file(path, &performance, &score, &keyboard);
-    // What is wrong with an instrument is reported as for any run.
-    for model in keyboard.models() {
-        setup.device.fits(model).map_err(Failure::Usage)?;
-        let compiled = load::compiled(setup.map, model.clone(), setup.device, false);
-        drop(compiled?);
-    }
+    check_instruments(setup, &keyboard)?;
     if let Some(on) = setup.engine.board() {
         keyboard.prove(setup, on)?;
     }
-    let logs = play(setup, args, &keyboard, &score)?;
+    let wanted_ticks = score.ticks;
+    let PlayedKeys { logs, ticks } = play(setup, args, &keyboard, &score)?;
+    score.end_at(ticks, keyboard.rate_hz());
     let strike = |key| keyboard.strike(key);
     let (notes, strokes) = (&score.notes, &score.strokes);
-    let played = Played::new(notes, &logs, strokes, strike, keyboard.rate_hz());
+    let played = Notes::new(notes, &logs, strokes, strike, keyboard.rate_hz());
     performance_report::report_outcome(&keyboard, &played, &logs);
     if let Some(path) = &outputs.events {
         let written = performance_report::write_events(path, &keyboard, &logs, outputs.form());
@@ -123,8 +124,9 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let traced = wanted
         .map(|index| trace_key(setup, &keyboard, &score, index))
         .transpose()?;
+    let ended = || run::ended([ticks, wanted_ticks], keyboard.rate_hz());
     let Some(to) = &outputs.report else {
-        return Ok(());
+        return ended();
     };
     let performed = Performed {
         setup,
@@ -137,7 +139,18 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
     let file = path.file_name().unwrap_or_default().to_string_lossy();
     let title = format!("{file} on {}", keyboard.program().name.replace('_', " "));
     let sections = std::iter::once(performed.section()).chain(traced);
-    run::report(to, &title, sections.collect())
+    run::report(to, &title, sections.collect())?;
+    ended()
+}
+
+/// What is wrong with an instrument is reported as for any run.
+fn check_instruments(setup: &Setup, keyboard: &PlayedKeyboard) -> Outcome {
+    for model in keyboard.models() {
+        setup.device.fits(model).map_err(Failure::Usage)?;
+        let compiled = load::compiled(setup.map, model.clone(), setup.device, false);
+        drop(compiled?);
+    }
+    Ok(())
 }
 
 fn traced_key(keyboard: &PlayedKeyboard, key: u8) -> Result<usize, Failure> {
@@ -158,7 +171,11 @@ fn play(
     args: &KeysArgs,
     keyboard: &PlayedKeyboard,
     score: &Score,
-) -> Result<Vec<KeyLog>, Failure> {
+) -> Result<PlayedKeys, Failure> {
+    let duration = Playtime {
+        ticks: score.ticks,
+        stop: setup.stop,
+    };
     let threads = args.threads.map_or_else(
         || std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
         |threads| threads as usize,
@@ -172,8 +189,8 @@ fn play(
             progress.0.at(progress.1 / keys);
         }
     };
-    let logs = if let Some(on) = setup.engine.board() {
-        on_board(setup, keyboard, on, score, |ticks| {
+    let played = if let Some(on) = setup.engine.board() {
+        on_board(setup, keyboard, on, score, duration, |ticks| {
             report(ticks * keys / keyboard.keys())
         })
     } else {
@@ -182,7 +199,7 @@ fn play(
             setup.device,
             setup.engine,
             &score.keys,
-            score.ticks,
+            duration,
             threads,
             report,
         )
@@ -191,17 +208,17 @@ fn play(
     if let Ok(progress) = progress.lock() {
         progress.0.done();
     }
-    let played_s = score.ticks as f64 / f64::from(keyboard.rate_hz());
+    let played = played?;
+    let played_s = played.ticks as f64 / f64::from(keyboard.rate_hz());
     let of = keyboard
         .name
         .map_or(String::new(), |name| format!("{name}, "));
     let (engine, factor) = (setup.engine, played_s / start.elapsed().as_secs_f64());
-    let logs = logs?;
     say!(
         "{of}{}: {played_s:.2} s on engine {engine}, {threads} threads, {factor:.1}x real time",
         keyboard.program().name
     );
-    Ok(logs)
+    Ok(played)
 }
 
 /// All keys of the keyboard on one keyboard, those that rest too.
@@ -210,8 +227,9 @@ fn on_board(
     keyboard: &PlayedKeyboard,
     on: EmulatedBoard,
     score: &Score,
+    duration: Playtime,
     progress: impl Fn(usize),
-) -> Result<Vec<KeyLog>, Failure> {
+) -> Result<PlayedKeys, Failure> {
     let playing = |index: usize| score.keys.iter().find(|key| key.index == index).cloned();
     let key = |index: usize| {
         playing(index).unwrap_or(PlayingKey {
@@ -220,18 +238,18 @@ fn on_board(
         })
     };
     let keys: Vec<PlayingKey> = (0..keyboard.keys()).map(key).collect();
-    let (mut logs, load) = play_on_board(
+    let (mut played, load) = play_on_board(
         &keyboard.played(),
         setup.device,
         on,
         &keys,
-        score.ticks,
+        duration,
         progress,
     )
     .map_err(|why| run::stopped_engine(setup.engine, why))?;
     run::report_load(&load, false);
-    logs.retain(|log| playing(log.index).is_some());
-    Ok(logs)
+    (played.logs).retain(|log| playing(log.index).is_some());
+    Ok(played)
 }
 
 /// That every instrument of a performance is one of keys.

@@ -169,6 +169,7 @@ fn run_once(args: &Args) -> Outcome {
         seconds: args.seconds,
         name,
         outputs: &args.outputs,
+        stop: (!args.watch).then(interrupt::stops),
     };
     keys::run(&setup, &args.keys, path)
 }
@@ -233,7 +234,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         let object = summary::json(&compiled, &run, engine, checked.settings, outputs);
         say::whole(&format!("{object}\n"));
     }
-    ended(&compiled, &run)?;
+    ended([run.counts.ticks, run.ticks_wanted], compiled.model.rate_hz)?;
     if args.errors {
         print_errors(&compiled, &device, engine, &positions)
     } else {
@@ -241,14 +242,14 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     }
 }
 
-/// Whether a run came to its end.
-fn ended(compiled: &Compiled, run: &Run) -> Outcome {
-    let seconds = |ticks: usize| ticks as f64 / f64::from(compiled.model.rate_hz);
-    if run.counts.ticks < run.ticks_wanted {
+/// Whether a run came to its end: ticks that were played, and that were wanted.
+pub fn ended([played, wanted]: [usize; 2], rate_hz: u32) -> Outcome {
+    let seconds = |ticks: usize| ticks as f64 / f64::from(rate_hz);
+    if played < wanted {
         tell!(
             "interrupted: {:.2} of {:.2} s were played, and are kept",
-            seconds(run.counts.ticks),
-            seconds(run.ticks_wanted)
+            seconds(played),
+            seconds(wanted)
         );
         return Err(Failure::Interrupted);
     }

@@ -29,6 +29,7 @@ fn image() -> Image {
         modes: &modes,
         places: &[],
         midi: &notes,
+        parts: None,
     };
     let layout = Layout::of_one_instrument("spring", 88, 21);
     build_image(&layout, &[instrument], &setup(), &board)

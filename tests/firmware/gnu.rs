@@ -210,6 +210,7 @@ fn a_board_s_mistake_is_told_with_its_line() {
         modes: &modes,
         places: &[],
         midi: &notes,
+        parts: None,
     };
     let refused = objects(&rig.programs, &[instrument], &setup(), &board);
     assert_eq!(

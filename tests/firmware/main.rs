@@ -10,6 +10,7 @@ mod play;
 mod rig;
 mod ring;
 mod safety;
+mod silicon;
 mod sound;
 mod switch;
 mod talk;

@@ -147,6 +147,7 @@ fn it_is_charged() {
             modes: &modes,
             places: &[],
             midi: &midi,
+            parts: None,
         };
         let layout = Layout::of_one_instrument("spring", 88, 21);
         let whole =

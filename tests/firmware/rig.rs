@@ -126,6 +126,7 @@ impl Rig {
                 modes,
                 places: &[],
                 midi,
+                parts: None,
             })
             .collect();
         let programs = (0..kernels.len() as u32)

@@ -32,6 +32,7 @@ fn rig(kernels: &[Kernel; 2], programs: &[&[(u32, usize)]], setup: &Setup) -> Ri
             modes,
             places: &[],
             midi,
+            parts: None,
         })
         .collect();
     let program = |zones: &&[(u32, usize)]| {
@@ -334,6 +335,7 @@ fn values_per_key_follow_the_keyboard() {
         modes: &modes[at],
         places: &[],
         midi: &notes[at],
+        parts: None,
     });
     let zones = [(9, 0), (21, 1), (58, 0)].map(|(keys, at)| (keys, InstrumentId(at)));
     let program = Program::of_zones("zones", zones);

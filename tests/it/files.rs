@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -250,6 +250,47 @@ fn an_interrupted_run_keeps_what_was_played() {
     assert!(ticks.ends_with('\n'));
     assert_eq!(ticks.lines().count() - 1, samples.div_ceil(1000));
     assert!(shell.path("events.csv").exists());
+}
+
+/// A note at the beginning and one after an hour, as a MIDI file.
+fn an_hour() -> Vec<u8> {
+    let mut body = vec![0, 0x90, 60, 80, 0x83, 0x60, 0x80, 60, 64];
+    // 3600 s of 960 ticks each, in four groups of seven bits.
+    body.extend([0x81, 0xd2, 0xf8, 0, 0x90, 60, 80]);
+    body.extend([0x83, 0x60, 0x80, 60, 64, 0, 0xff, 0x2f, 0]);
+    let length = (body.len() as u32).to_be_bytes();
+    [b"MThd\0\0\0\x06\0\0\0\x01\x01\xe0MTrk", &length[..], &body].concat()
+}
+
+#[test]
+fn an_interrupted_performance_keeps_what_was_played() {
+    let shell = Shell::new().with("click.whip", CLICK);
+    std::fs::write(shell.path("hour.mid"), an_hour()).expect("is written");
+    let hour =
+        "run click.whip --midi hour.mid --engine interp --events events.csv --report hour.html";
+    let mut running = Command::new(env!("CARGO_BIN_EXE_whippen"))
+        .args(hour.split(' '))
+        .current_dir(shell.path("."))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    // It tells of the performance before it plays.
+    let mut first = [0; 5];
+    let told = running.stdout.as_mut().expect("is piped");
+    told.read_exact(&mut first).expect("tells");
+    std::thread::sleep(Duration::from_millis(500));
+    send("-INT", &running);
+    let ended = running.wait_with_output().expect("ends");
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{told}");
+    assert!(told.contains("s were played, and are kept"), "{told}");
+    let said = String::from_utf8_lossy(&ended.stdout);
+    assert!(
+        !said.contains("2 notes: 2"),
+        "the second note was not played: {said}"
+    );
+    assert!(shell.path("events.csv").exists() && shell.path("hour.html").exists());
 }
 
 #[test]

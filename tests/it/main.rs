@@ -31,6 +31,7 @@ mod lsp;
 mod measure;
 mod messages;
 mod midi;
+mod minute;
 mod newcomers;
 mod organ_and_plucked;
 mod pedals;

@@ -11,7 +11,9 @@ use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::gesture::DIP_M;
-use whippen_runtime::keyboard::{KeyLog, Outcome, PlayedProgram, PlayingKey, model_of_keys, play};
+use whippen_runtime::keyboard::{
+    KeyLog, Outcome, PlayedProgram, PlayingKey, Playtime, model_of_keys, play,
+};
 use whippen_runtime::midi::{self, Note};
 use whippen_runtime::stroke::{Stroke, strokes};
 
@@ -307,11 +309,12 @@ fn any_number_of_threads_and_any_company_give_the_same_bits() {
             &device,
             EngineKind::Jit,
             keys,
-            ticks,
+            Playtime::of(ticks),
             threads,
             |_| (),
         )
         .expect("it plays")
+        .logs
     };
     let together = run(&keys, 1);
     assert!(
@@ -378,11 +381,12 @@ fn zones_play_what_their_instruments_play_alone() {
             &device,
             EngineKind::Jit,
             &keys,
-            3 * 44_100,
+            Playtime::of(3 * 44_100),
             threads,
             |_| (),
         )
         .expect("it plays")
+        .logs
     };
     let logs = run(&split, 1);
     assert_eq!(logs, run(&split, 5));
@@ -547,11 +551,12 @@ fn every_recorded_performance_is_read_and_played() {
             &Device::mikey(),
             EngineKind::Jit,
             &keys,
-            44_100 + 22_050,
+            Playtime::of(44_100 + 22_050),
             2,
             |_| (),
         )
-        .expect("it plays");
+        .expect("it plays")
+        .logs;
         let outcome = Outcome::new(&early, &logs, &strokes, |_| Some(0), model.rate_hz);
         assert!(
             logs.iter().all(|log| log.sense_clamped == 0),

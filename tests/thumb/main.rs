@@ -2,6 +2,7 @@
 //! bit for bit.
 
 mod flags;
+mod frame;
 mod instruments;
 mod listing;
 mod random;

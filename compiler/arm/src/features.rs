@@ -39,6 +39,8 @@ pub struct Features {
     pub load_offset_max: u32,
     /// Words by which one instruction moves the stack pointer.
     pub stack_words_max: usize,
+    /// Words from the stack pointer on that loads and stores of a word reach.
+    pub stack_slots_max: usize,
     /// Where the address of the next key's code is: in LR `BX` folds, but not every core can load
     /// it.
     pub next_key_register: u8,
@@ -58,6 +60,7 @@ const BASELINE: Features = Features {
     aligns_wide_instructions: false,
     load_offset_max: 124,
     stack_words_max: 127,
+    stack_slots_max: 256,
     next_key_register: 5,
 };
 
@@ -75,6 +78,7 @@ const MAINLINE: Features = Features {
     aligns_wide_instructions: false,
     load_offset_max: 4095,
     stack_words_max: 1023,
+    stack_slots_max: 1024,
     next_key_register: LR,
 };
 
@@ -172,6 +176,22 @@ mod tests {
                 };
                 assert!(has(arch, at(max)), "{arch:?}");
                 assert!(!has(arch, at(max / 4 * 4 + 4)), "{arch:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn loads_and_stores_reach_as_many_words_of_the_stack_as_the_table_says() {
+        for arch in Arch::ALL {
+            let max = Features::of(arch).stack_slots_max as u32;
+            for op in [Op::LDR_immediate, Op::STR_immediate] {
+                let slot = |at| Inst {
+                    n: SP,
+                    imm: 4 * at,
+                    ..template(op)
+                };
+                assert!(has(arch, slot(max - 1)), "{arch:?}");
+                assert!(!has(arch, slot(max)), "{arch:?}");
             }
         }
     }

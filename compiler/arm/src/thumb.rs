@@ -84,6 +84,7 @@ use search::Chosen;
 use state_layout::LITERALS_MAX;
 use std::borrow::Cow;
 use std::fmt;
+use tick_invariant::TickInvariants;
 use whippen_ids::IdMap;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
@@ -91,7 +92,6 @@ use whippen_kernel::{Kernel, Range};
 use whippen_modes::{ModeId, Modes};
 
 pub use after::{Function, Pass, code_after};
-pub use emit::NoEncoding;
 pub use state_layout::{EVENT_MARK, EventRing, StateLayout};
 
 /// What to build.
@@ -125,6 +125,18 @@ pub enum ThumbError {
         /// The furthest that there may be.
         max: u32,
     },
+    /// More is alive at once than loads and stores reach on the stack.
+    Stack {
+        /// Words that the code keeps there.
+        slots: usize,
+        /// How many there may be.
+        max: usize,
+    },
+    /// There is so much code that steps between branches and where they lead would be too many.
+    Branches {
+        /// The code without such steps, in bytes.
+        bytes: u32,
+    },
     /// A bug: no registers, or no encoding.
     Bug(String),
 }
@@ -141,6 +153,16 @@ impl fmt::Display for ThumbError {
                 f,
                 "the string `{name}` ends {end} bytes behind the beginning of its key's record, \
                  and code reaches {max}; let it have fewer points"
+            ),
+            ThumbError::Stack { slots, max } => write!(
+                f,
+                "a tick keeps {slots} words on the stack, and code of this core reaches {max}; let a \
+                 bank have fewer members, or take a board with another core"
+            ),
+            ThumbError::Branches { bytes } => write!(
+                f,
+                "a tick is {bytes} bytes of code, and branches of this core reach 2048; let a bank \
+                 have fewer members, or take a board with another core"
             ),
             ThumbError::Bug(what) => write!(f, "no code: {what}"),
         }
@@ -205,6 +227,9 @@ pub struct TickAbi {
     pub drive_offset: u32,
     /// The least bytes of a key's record; [`record_bytes`] says what a kernel needs.
     pub record_bytes_min: u32,
+    /// Whether what is the same for all keys is computed once, at the tick's entry, and stored; for
+    /// one key that only costs.
+    pub shares: bool,
 }
 
 /// Compiles the tick of a core's keys as a part of a firmware's frame: `NAME_tick(state, words)`
@@ -280,7 +305,10 @@ fn compile_parts<'m>(
     if modes.modes.len() + modes.kernel.tables.len() > LITERALS_MAX / 2 {
         return Err(ThumbError::Modes(modes.modes.len()));
     }
-    let (modes, shared) = tick_invariant::hoist_invariants(modes);
+    let (modes, shared) = match abi {
+        Some(TickAbi { shares: false, .. }) => (Cow::Borrowed(modes), TickInvariants::default()),
+        _ => tick_invariant::hoist_invariants(modes),
+    };
     let kernel = &modes.kernel;
     let mut layout = StateLayout::new(kernel, options, abi, shared.results.len());
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
@@ -319,8 +347,7 @@ fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
     let modes = &parts.modes;
     let name = &options.name;
     let program = write_program(&parts.layout, &parts.core, &modes.kernel, name, &parts.made);
-    let code = assemble(program.items, program.labels, parts.core.arch, name)
-        .map_err(|NoEncoding(what)| ThumbError::Bug(what))?;
+    let code = assemble(program.items, program.labels, parts.core.arch, name)?;
     let mut object = assemble_object(&modes.kernel, &parts.layout, options, &parts.literals, code);
     v6m::add_routines(&mut object, options)?;
     wave::add_routines(&mut object, &modes.kernel, &parts.layout, options)?;

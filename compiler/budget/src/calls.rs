@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use whippen_isa::timing::Target;
 
+use super::parts::CutBound;
 use super::program::Program;
 use super::tick_handler::{OnCore, ZoneBound, find};
 use super::{Annotations, Bound, Known, NotBounded, Step, bound};
@@ -80,10 +81,29 @@ impl Calls {
         )
     }
 
-    /// What the keys of a program cost. Where its core has several zones, the calls between them
-    /// are code like other.
-    pub fn costs(&self, of: &OnCore, zones: &[ZoneBound]) -> Result<Costs, NotBounded> {
+    /// What the keys of a program cost. Where its core has several zones, or its instrument parts,
+    /// the calls between them are code like other.
+    pub fn costs(
+        &self,
+        of: &OnCore,
+        zones: &[ZoneBound],
+        cut: Option<&CutBound>,
+    ) -> Result<Costs, NotBounded> {
         let begin = self.begin(of)?;
+        if let ([tail], Some(cut)) = (zones, cut) {
+            let row = self.bound_row(of, of.known_of_row(tail, cut)?)?;
+            let whole = Known {
+                cycles: row.cycles_max,
+                stack_bytes: row.stack_bytes_max,
+            };
+            return Ok(Costs {
+                whole,
+                begun: whole,
+                begin,
+                begin_at: self.begin,
+                row: Some(row),
+            });
+        }
         if let [zone] = zones {
             return Ok(Costs {
                 whole: zone.known(zone.keys()),
@@ -93,7 +113,8 @@ impl Calls {
                 row: None,
             });
         }
-        let row = self.bound_row(of, zones)?;
+        let ticked = |zone: &ZoneBound| zone.known(zone.keys());
+        let row = self.bound_row(of, known_by_zone(of, zones, "tick", ticked)?)?;
         let whole = Known {
             cycles: row.cycles_max,
             stack_bytes: row.stack_bytes_max,
@@ -113,11 +134,10 @@ impl Calls {
         })
     }
 
-    /// The row of calls that ticks one zone after the other.
-    fn bound_row(&self, of: &OnCore, zones: &[ZoneBound]) -> Result<Bound, NotBounded> {
-        let ticked = |zone: &ZoneBound| zone.known(zone.keys());
+    /// The row of calls that ticks one zone, or part, after the other.
+    fn bound_row(&self, of: &OnCore, known: KnownCalls) -> Result<Bound, NotBounded> {
         let annotations = Annotations {
-            known: known_by_zone(of, zones, "tick", ticked)?,
+            known,
             bases: of.stack_base()?,
             return_to: self.return_to,
             entered: of.entered(&of.playing.name, None),

@@ -13,7 +13,7 @@ use super::{ByContention, NotBounded};
 use whippen_arm::image::{Image, Linked as LinkedSection, SectionKind};
 use whippen_board::{BankSet, Board};
 use whippen_deterministic::parallel;
-use whippen_firmware::{CoreCode, FirmwareImage, Owner, RUNNING, owner};
+use whippen_firmware::{CoreCode, Cut, FirmwareImage, Owner, RUNNING, owner};
 use whippen_keyboard::{CoreId, ProgramId};
 
 /// One core.
@@ -65,6 +65,16 @@ pub fn cores(
             contended.lies(),
             Others::default(),
         );
+        let helper = image.cut().is_some_and(Cut::has_helper).then(|| {
+            let contended = around(image, program, board, 1);
+            let alone = Interference::new(
+                board,
+                &program.sections,
+                contended.lies(),
+                Others::default(),
+            );
+            ByContention { alone, contended }
+        });
         let core = OnCore {
             program,
             core: &timing,
@@ -73,6 +83,10 @@ pub fn cores(
             playing: programs[playing.index()],
             programs: &programs,
             interference: &alone,
+            helper: helper.as_ref().map(|helper| ByContention {
+                alone: &helper.alone,
+                contended: &helper.contended,
+            }),
         };
         let interferences = ByContention {
             alone: &alone,
@@ -104,27 +118,38 @@ fn around<'a>(
         ];
         others.remote_accesses = whole.visits(CoreId(core as u32));
     }
+    let cut = whole.cut().filter(|cut| cut.has_helper());
+    if let Some(cut) = cut {
+        let other = 1 - core;
+        others.contenders = vec![
+            code_banks(image, board, other),
+            data_banks(image, program, board, other),
+        ];
+        // Core 0 writes to core 1's memory only while that waits.
+        others.remote_accesses = if core == 0 { cut.crossing_back() } else { 0 };
+    }
+    let is_only = cores == 1 && cut.is_none();
     let own_code = code_banks(image, board, core);
     // A single core also runs what is named after another one.
-    let code = match cores {
-        1 => own_code | code_banks(image, board, 1),
-        _ => own_code,
+    let code = match is_only {
+        true => own_code | code_banks(image, board, 1),
+        false => own_code,
     };
     let lies = Lies {
         code,
-        data: data(image, board, core, cores),
+        data: data(image, board, core, is_only),
         stack: stack_memory(program, board, core).map_or(Reach::default(), |(_, reach)| reach),
     };
     Interference::new(board, &program.sections, lies, others)
 }
 
 /// Where a core's data lie.
-fn data(image: &Image, board: &Board, core: usize, cores: usize) -> Reach {
+fn data(image: &Image, board: &Board, core: usize, is_only: bool) -> Reach {
     // A single core also runs what is named after another one.
     let own = |section: &&LinkedSection| {
         section.kind != SectionKind::Code
             && match owner(&section.name) {
-                Owner::Core(of) => of == core || cores == 1,
+                Owner::Core(of) => of == core || is_only,
                 Owner::Start => false,
             }
     };

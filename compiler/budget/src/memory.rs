@@ -11,6 +11,7 @@
 //! data; what may be fetched or accessed in memory without a known time is an error.
 
 mod access;
+mod bases;
 mod graph_memory;
 mod pipelining;
 mod waits;
@@ -18,17 +19,15 @@ mod waits;
 use whippen_arm::image::Linked;
 use whippen_board::{AccessTime, BankSet, Board, Memory, Target};
 use whippen_isa::timing::Outcome;
-use whippen_isa::{Class, Inst, Op, reg};
-
-use std::collections::BTreeMap;
+use whippen_isa::{Inst, reg};
 
 use super::facts::{Facts, Interval};
-use super::graph::Graph;
 use super::unknown::{Unknown, UnknownTime};
+use bases::{Bases, steps};
 pub use graph_memory::GraphMemory;
 pub use waits::{Accessed, Waits};
 
-use access::{accesses, addresses, fetched, is_by_register, is_literal, is_store, roughly};
+use access::{accesses, addresses, fetched, is_literal, is_store, roughly};
 
 /// Cycles that an access costs more, at most, that meets an own fetch: "can sometimes", says the
 /// RP2350 datasheet (3.7.4.9.12).
@@ -260,7 +259,7 @@ impl<'a> Interference<'a> {
         graph: &GraphMemory,
     ) -> Result<Waits, UnknownTime> {
         let waits = self.waits(inst, at, &Facts::nothing(), graph, &Outcome::NEXT)?;
-        if graph.bases.reach(inst).is_some() {
+        if graph.bases.reach(inst, at).is_some() {
             return Ok(waits);
         }
         let buses = self.board.buses.iter();
@@ -284,7 +283,7 @@ impl<'a> Interference<'a> {
             _ if accesses(inst) == 0 => Accessed::Nothing,
             _ if is_literal(inst) || inst.n == reg::PC => Accessed::Constant,
             Some(address) => Accessed::At(address.low as u32),
-            None if graph.bases.reach(inst).is_some() => Accessed::By(inst.n),
+            None if graph.bases.reach(inst, at).is_some() => Accessed::By(inst.n),
             None => Accessed::Unknown,
         }
     }
@@ -371,7 +370,7 @@ impl<'a> Interference<'a> {
                 unknown: None,
             };
         }
-        let known = graph.bases.reach(inst).cloned();
+        let known = graph.bases.reach(inst, at).cloned();
         known.unwrap_or_else(|| match graph.takes_stack_address || inst.n == reg::SP {
             true => self.data.clone().and(self.stack.clone()),
             false => self.data.clone(),
@@ -448,51 +447,6 @@ impl<'a> Interference<'a> {
 /// The banks of a set.
 fn banks_of(set: BankSet) -> impl Iterator<Item = u8> {
     (0..BankSet::BITS as u8).filter(move |bank| set >> bank & 1 != 0)
-}
-
-/// Where accesses through registers go.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Bases(BTreeMap<u8, Reach>);
-
-impl Bases {
-    /// Of the registers that are said to point into known memory, those that nothing in a graph
-    /// moves but by constants.
-    pub fn of(said: &BTreeMap<u8, Reach>, graph: &Graph) -> Self {
-        let mut bases = said.clone();
-        for item in graph.blocks.iter().flat_map(|block| &block.items) {
-            let written = item.inst.defs().core_bits();
-            bases
-                .retain(|register, _| written >> register & 1 == 0 || steps(&item.inst, *register));
-        }
-        Self(bases)
-    }
-
-    /// Where an access by a register and a constant goes.
-    fn reach(&self, inst: &Inst) -> Option<&Reach> {
-        let by_constant = !is_by_register(inst) && !is_literal(inst);
-        by_constant.then(|| self.0.get(&inst.n)).flatten()
-    }
-}
-
-/// Instructions that add a constant to a register, or take it away.
-const STEPS: [Op; 4] = [
-    Op::ADD_immediate,
-    Op::SUB_immediate,
-    Op::ADD_SP_plus_immediate,
-    Op::SUB_SP_minus_immediate,
-];
-
-/// Whether an instruction that writes a register leaves there what was there, some constant
-/// further.
-fn steps(inst: &Inst, register: u8) -> bool {
-    match inst.class() {
-        Class::Load | Class::LoadDual => {
-            inst.wback && inst.n == register && inst.t != register && inst.t2 != register
-        }
-        Class::LoadMultiple => inst.n == register && inst.imm >> register & 1 == 0,
-        Class::Store | Class::StoreDual | Class::StoreMultiple => inst.n == register,
-        _ => STEPS.contains(&inst.op()) && inst.n == register,
-    }
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ use whippen_isa::timing::{Core, Evidence};
 use super::calls::{Calls, Costs, KnownCalls};
 use super::idle::Idle;
 use super::memory::{Interference, Reach, Waits};
+use super::parts::CutBound;
 use super::program::Program;
 use super::tick::{Tick, ticks};
 use super::unknown::Unknown;
@@ -44,6 +45,8 @@ pub struct TickHandlerBound {
     /// The code of the keys, by instrument: one zone, unless the program has several and some of
     /// them on this core.
     pub zones: Vec<ZoneBound>,
+    /// Of an instrument in parts, whose tail is the zone: what runs before that.
+    pub cut: Option<CutBound>,
     /// The handler, all keys included.
     pub handler: Bound,
     /// What the cycles around the keys are for, on the handler's worst-case path.
@@ -93,6 +96,8 @@ pub struct OnCore<'a> {
     pub programs: &'a [&'a CoreCode],
     /// Memory and who else uses it.
     pub interference: &'a Interference<'a>,
+    /// The same for core 1, where that runs parts.
+    pub helper: Option<ByContention<&'a Interference<'a>>>,
 }
 
 impl TickHandlerBound {
@@ -103,10 +108,14 @@ impl TickHandlerBound {
 
     /// Cycles of all keys, at most.
     pub fn keys_cycles_max(&self) -> u64 {
-        self.zones
-            .iter()
-            .map(|zone| u64::from(zone.keys()) * zone.tick.key_cycles_max())
-            .sum()
+        let zones = self.zones.iter();
+        let keys = zones.map(|zone| u64::from(zone.keys()) * zone.tick.key_cycles_max());
+        keys.sum::<u64>() + self.before_tail_cycles_max()
+    }
+
+    /// Cycles of the parts of this core that run before the tail, at most.
+    fn before_tail_cycles_max(&self) -> u64 {
+        self.cut.as_ref().map_or(0, CutBound::own_cycles_max)
     }
 
     /// Cycles of the worst-case key, at most.
@@ -116,6 +125,7 @@ impl TickHandlerBound {
             .map(|zone| zone.tick.key_cycles_max())
             .max()
             .unwrap_or(0)
+            + self.before_tail_cycles_max()
     }
 
     /// How sure the cycles of a key are.
@@ -141,13 +151,16 @@ pub fn tick_handlers(
     only_handler(program, running, find(program, running.handler)?)?;
     let calls = Calls::find(of)?;
     let zones = of.bound_zones(&calls, interferences)?;
-    let frames = interferences.zip(zones).map(|(interference, zones)| {
-        let of = OnCore {
-            interference,
-            ..*of
-        };
-        of.bound_frame(&calls, zones)
-    });
+    let zones = zones.zip(of.bound_cut(interferences)?);
+    let frames = interferences
+        .zip(zones)
+        .map(|(interference, (zones, cut))| {
+            let of = OnCore {
+                interference,
+                ..*of
+            };
+            of.bound_frame(&calls, zones, cut)
+        });
     frames.both()
 }
 
@@ -169,7 +182,7 @@ impl<'a> OnCore<'a> {
         interferences: ByContention<&Interference>,
     ) -> Result<ByContention<Vec<ZoneBound>>, NotBounded> {
         // Zones are called in one row, so each comes back to another place: to the most expensive.
-        let return_to = if self.playing.is_split() {
+        let return_to = if self.playing.is_split() || self.playing.cut.is_some() {
             None
         } else {
             calls.return_to
@@ -203,9 +216,10 @@ impl<'a> OnCore<'a> {
         &self,
         calls: &Calls,
         zones: Vec<ZoneBound>,
+        cut: Option<CutBound>,
     ) -> Result<TickHandlerBound, NotBounded> {
         let handler = find(self.program, self.running.handler)?;
-        let costs = calls.costs(self, &zones)?;
+        let costs = calls.costs(self, &zones, cut.as_ref())?;
         let handled = self.bound_handler(handler, calls.known(&costs))?;
         let around = Around {
             idle: self.bound_idle()?,
@@ -219,18 +233,20 @@ impl<'a> OnCore<'a> {
         let keys_cycles: u64 = zones
             .iter()
             .map(|zone| u64::from(zone.keys()) * zone.tick.key_cycles_max())
-            .sum();
+            .sum::<u64>()
+            + cut.as_ref().map_or(0, CutBound::own_cycles_max);
         let of_handler = calls.parts(self.program, &handled.path, keys_cycles);
         let parts = self.list_parts(&around, of_handler);
-        let waiting = self.list_waiting(&around, &handled, &zones, &costs);
+        let waiting = self.list_waiting(&around, &handled, &zones, cut.as_ref(), &costs);
         let stack_bytes_max = around.idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
         self.has_stack_room(self.stack()?.0, stack_bytes_max)?;
         Ok(TickHandlerBound {
             keys: self.playing.keys.count(),
             cycles_max: keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>(),
             stack_bytes_max,
-            class: self.class_of_frame(&handled, &zones),
+            class: self.class_of_frame(&handled, &zones, cut.as_ref()),
             zones,
+            cut,
             handler: handled,
             parts,
             waiting,
@@ -313,6 +329,7 @@ impl<'a> OnCore<'a> {
         around: &Around,
         handled: &Bound,
         zones: &[ZoneBound],
+        cut: Option<&CutBound>,
         costs: &Costs,
     ) -> Vec<Waited> {
         let mut tally = Tally::default();
@@ -331,6 +348,10 @@ impl<'a> OnCore<'a> {
             };
             tally.add_keys(self.program, zone, keys);
         }
+        let before = cut.iter().flat_map(|cut| &cut.parts);
+        for part in before.filter(|part| part.core == self.number) {
+            tally.add_keys(self.program, &part.code, 1);
+        }
         let saved = 2 * u64::from(SAVED_WORDS);
         tally.add("what the interrupt saves", around.stacking, saved);
         tally.add("what the interrupt saves", around.vector, 1);
@@ -339,12 +360,18 @@ impl<'a> OnCore<'a> {
     }
 
     /// As sure as the least sure number of a frame.
-    fn class_of_frame(&self, handled: &Bound, zones: &[ZoneBound]) -> Evidence {
+    fn class_of_frame(
+        &self,
+        handled: &Bound,
+        zones: &[ZoneBound],
+        cut: Option<&CutBound>,
+    ) -> Evidence {
         let exceptions = &self.core.exceptions;
         let around = handled
             .class
             .max(exceptions.entry.evidence)
-            .max(exceptions.exit.evidence);
+            .max(exceptions.exit.evidence)
+            .max(cut.map_or(Evidence::Exact, CutBound::class));
         zones
             .iter()
             .map(|zone| zone.tick.class())
@@ -366,7 +393,7 @@ impl OnCore<'_> {
     }
 
     /// That nothing lies where so many bytes of stack reach.
-    fn has_stack_room(&self, end: u32, needed: u32) -> Result<(), NotBounded> {
+    pub(super) fn has_stack_room(&self, end: u32, needed: u32) -> Result<(), NotBounded> {
         let memory = self.interference.board.memory_at(end.wrapping_sub(4));
         let base = memory.map_or(end, |memory| memory.base);
         let sections = self.program.sections.iter();
@@ -386,7 +413,7 @@ impl OnCore<'_> {
 
     /// Where registers point while keys are ticked: `thumb` says what they are for, the image where
     /// that is.
-    fn bases_of_keys(&self, name: &str) -> Result<BTreeMap<u8, Reach>, NotBounded> {
+    pub(super) fn bases_of_keys(&self, name: &str) -> Result<BTreeMap<u8, Reach>, NotBounded> {
         let Points {
             state,
             histories,

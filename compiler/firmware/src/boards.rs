@@ -70,7 +70,14 @@ const TEXTS: &[Texts] = &[
             RP2,
             CONVERTER_START,
         ],
-        constants: &[("WATCHDOG_LOAD", 10_000)],
+        constants: &[
+            ("WATCHDOG_LOAD", 10_000),
+            ("PSM", 0x4001_8000),
+            // Without ROSC and XOSC, bits 2 and 3.
+            ("PSM_STAGES", 0x01ff_fff3),
+            ("RESETS", 0x4002_0000),
+            ("RESET_UART", 1 << 26),
+        ],
         devices: RP2_DEVICES,
     },
     Texts {
@@ -86,8 +93,15 @@ const TEXTS: &[Texts] = &[
             RP2,
             CONVERTER_START,
         ],
-        // It counts twice a microsecond (datasheet, erratum RP2040-E1).
-        constants: &[("WATCHDOG_LOAD", 2 * 10_000)],
+        constants: &[
+            // It counts twice a microsecond (datasheet, erratum RP2040-E1).
+            ("WATCHDOG_LOAD", 2 * 10_000),
+            ("PSM", 0x4001_0000),
+            // Without ROSC and XOSC, bits 0 and 1.
+            ("PSM_STAGES", 0x0001_fffc),
+            ("RESETS", 0x4000_c000),
+            ("RESET_UART", 1 << 22),
+        ],
         devices: RP2_DEVICES,
     },
     Texts {

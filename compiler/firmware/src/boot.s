@@ -16,7 +16,7 @@ reset:  cpsid   i
         cmp     r0, #0
         beq     1b
         bl      start_keys
-        .if     CORES > 1
+        .if     CORES + HELPER > 1
         bl      launch_core1
         .endif
         bl      board_watchdog

@@ -10,6 +10,7 @@ use whippen_keyboard::{
     CoreId, CoreKeys, CoreZone, InstrumentId, KeyRange, Layout, Program, ProgramId, Zone, ZoneId,
 };
 
+use super::parts::{self, Cut, InParts, PartCode};
 use super::{Instrument, Setup, drive_offset_bytes, keys_name, zone_name};
 
 /// Stands in symbols and names of sections for the name of whose keys they are.
@@ -35,6 +36,8 @@ pub struct CoreCode {
     pub keys: KeyRange,
     /// By rising key, at least one.
     pub zones: Vec<ZoneCode>,
+    /// What runs before the only zone, where that is the tail of an instrument in parts.
+    pub cut: Option<Cut>,
 }
 
 /// The code of the keys that a core has of a zone.
@@ -61,6 +64,31 @@ impl ProgramCode {
     /// The zones of all cores, core by core.
     pub fn zones(&self) -> impl Iterator<Item = &ZoneCode> {
         self.cores.iter().flat_map(|core| &core.zones)
+    }
+
+    /// The parts of all cores, but for tails, which are zones.
+    pub fn parts(&self) -> impl Iterator<Item = &PartCode> {
+        let cuts = self.cores.iter().flat_map(|core| &core.cut);
+        cuts.flat_map(|cut| &cut.parts)
+    }
+
+    /// Everything that is compiled for a core.
+    pub(super) fn built_mut(&mut self, core: CoreId) -> Vec<&mut Built> {
+        let mut all = Vec::new();
+        for own in &mut self.cores {
+            let zones = own.zones.iter_mut().filter(|_| own.core == core);
+            all.extend(zones.map(|zone| &mut zone.built));
+            let parts = own.cut.iter_mut().flat_map(|cut| &mut cut.parts);
+            let parts = parts.filter(|part| part.core == core.index());
+            all.extend(parts.map(|part| &mut part.built));
+        }
+        all
+    }
+
+    /// Everything that is compiled.
+    pub(super) fn built(&self) -> impl Iterator<Item = &Built> {
+        let zones = self.zones().map(|zone| &zone.built);
+        zones.chain(self.parts().map(|part| &part.built))
     }
 
     /// What a zone's keys play.
@@ -107,6 +135,7 @@ pub(super) fn compile_keys(
     instruments: &[Instrument],
     setup: &Setup,
     arch: Arch,
+    division: &[usize],
 ) -> Result<IdMap<ProgramId, ProgramCode>, ThumbError> {
     let on_cores = |program: &Program| program.on_cores(&setup.keys);
     let plans: Vec<Vec<CoreKeys>> = layout.programs.iter().map(on_cores).collect();
@@ -115,6 +144,7 @@ pub(super) fn compile_keys(
         instruments,
         setup,
         arch,
+        division,
         record_bytes: 0,
         compiled: Vec::new(),
     };
@@ -148,6 +178,8 @@ struct KeysCompiler<'a> {
     instruments: &'a [Instrument<'a>],
     setup: &'a Setup,
     arch: Arch,
+    /// The core of every part of an instrument in parts.
+    division: &'a [usize],
     /// The least bytes of a record.
     record_bytes: u32,
     /// Under the symbolic owner.
@@ -182,6 +214,12 @@ impl KeysCompiler<'_> {
         core: CoreKeys,
     ) -> Result<CoreCode, ThumbError> {
         let name = keys_name(core.core.index(), number);
+        if let [zone] = &core.zones[..] {
+            let instrument = program.zone(zone.zone).instrument;
+            if let Some(in_parts) = self.instruments[instrument.index()].parts {
+                return self.in_parts(name, &core, *zone, in_parts);
+            }
+        }
         let mut zones = Vec::new();
         for (at, zone) in core.zones.iter().enumerate() {
             let name = match core.zones.len() {
@@ -206,6 +244,56 @@ impl KeysCompiler<'_> {
             core: core.core,
             keys: core.keys,
             zones,
+            cut: None,
+        })
+    }
+
+    /// The code of an instrument in parts, whose tail is the zone.
+    fn in_parts(
+        &self,
+        name: String,
+        core: &CoreKeys,
+        of: CoreZone,
+        in_parts: &InParts,
+    ) -> Result<CoreCode, ThumbError> {
+        let abi = TickAbi {
+            drive_offset: drive_offset_bytes(self.setup.words_of(1)),
+            record_bytes_min: 0,
+            shares: false,
+        };
+        let numbered = in_parts.modes.iter().zip(&in_parts.parts.parts).enumerate();
+        let mut parts = Vec::new();
+        for (number, (modes, part)) in numbered {
+            let on_core = self.division.get(number).copied().unwrap_or(0);
+            let name = parts::part_name(on_core, number);
+            let options = thumb::Options {
+                name: name.clone(),
+                ..self.options(1)
+            };
+            parts.push(PartCode {
+                built: compile_for_frame(modes, &options, &abi)?,
+                role: part.role,
+                core: on_core,
+                name,
+            });
+        }
+        let tail = parts.pop();
+        let tail = tail.ok_or_else(|| ThumbError::Bug("no tail".to_string()))?;
+        let zone = ZoneCode {
+            channels: in_parts.tail().map_or_else(Vec::new, Kernel::channels),
+            built: parts::with_names_of_frame(tail.built, &tail.name, &name),
+            name: tail.name,
+            of,
+            first_on_core: core.offset_of(&of),
+        };
+        let cut = Cut::new(parts, &in_parts.parts);
+        parts::check(&cut, &zone)?;
+        Ok(CoreCode {
+            name,
+            core: core.core,
+            keys: core.keys,
+            zones: vec![zone],
+            cut: Some(cut),
         })
     }
 
@@ -222,6 +310,7 @@ impl KeysCompiler<'_> {
             abi: TickAbi {
                 drive_offset: drive_offset_bytes(self.setup.words_of(keys_of_core)),
                 record_bytes_min: self.record_bytes,
+                shares: true,
             },
         };
         if let Some((_, built)) = self.compiled.iter().find(|(known, _)| *known == key) {
@@ -309,6 +398,7 @@ mod tests {
             let abi = TickAbi {
                 drive_offset: 28,
                 record_bytes_min: 40,
+                shares: true,
             };
             compile_for_frame(&Modes::single(kernel), &options, &abi)
                 .unwrap_or_else(|error| panic!("{error}"))

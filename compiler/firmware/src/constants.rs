@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use whippen_arm::thumb::Built;
 use whippen_isa::Arch;
 use whippen_isa::imm::thumb_shrink_imm;
 use whippen_kernel::FULL_SCALE;
 
-use super::code::{CoreCode, ProgramCode, ZoneCode, is_latched, is_split};
+use super::code::{CoreCode, ProgramCode, is_latched, is_split};
+use super::image::has_helper;
 use super::offsets::assembly_constants;
 use super::ports::Guards;
 use super::sound::channels;
@@ -53,15 +55,14 @@ pub fn constants(
     if let Some(keys) = setup.keys.iter().find(|keys| !(1..=255).contains(*keys)) {
         return Err(FirmwareError::Keys(*keys));
     }
-    let zones = programs.iter().flat_map(ProgramCode::zones);
-    let record = zones
-        .map(ZoneCode::layout)
-        .map(|layout| layout.record(1) - layout.record(0))
-        .max()
-        .unwrap_or(0);
-    if record > RECORD_MAX {
-        return Err(FirmwareError::Record(record));
+    let bytes = |built: &Built| built.layout.record(1) - built.layout.record(0);
+    let all = programs.iter().flat_map(ProgramCode::built);
+    let largest = all.map(bytes).max().unwrap_or(0);
+    if largest > RECORD_MAX {
+        return Err(FirmwareError::Record(largest));
     }
+    let zones = programs.iter().flat_map(ProgramCode::zones);
+    let record = zones.map(|zone| bytes(&zone.built)).max().unwrap_or(0);
     let gain = |core: &CoreCode| {
         let first = core.zones.first();
         first.and_then(|zone| zone.layout().gain(0)).unwrap_or(GAIN)
@@ -72,6 +73,11 @@ pub fn constants(
         all.insert(name.to_string(), value as i64);
     };
     put("CORES", cores_playing as u64);
+    let helps = has_helper(programs);
+    put("HELPER", helps.into());
+    if helps {
+        put("STACK1", stacks[1].into());
+    }
     for (core, (&keys, code)) in setup.keys.iter().zip(cores).enumerate() {
         put(&format!("KEYS{core}"), keys.into());
         let words = setup.words_of(keys);

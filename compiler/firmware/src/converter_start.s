@@ -31,3 +31,14 @@ board_converter:
         movs    r1, #3
         str     r1, [r0]
         bx      lr
+        .ltorg
+
+@ Outputs go to their safe state, at once and for good: the converter is disabled and puts out zeros. Called after a fault.
+        .section .text.firmware.board, "ax"
+        .global board_off
+        .type   board_off, %function
+board_off:
+        ldr     r0, =CONVERTER
+        movs    r1, #0
+        str     r1, [r0]                @ CTRL
+        bx      lr

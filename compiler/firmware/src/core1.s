@@ -44,6 +44,7 @@ read:   ldr     r4, [r0, #FIFO_RD]
 1:      cmp     r2, #24
         bne     next
         pop     {r4, pc}
+        .if     CORES > 1               @ what only helps begins elsewhere (parts.rs)
         .global core1_start
         .type   core1_start, %function
 core1_start:
@@ -51,3 +52,4 @@ core1_start:
         cpsie   i
         ldr     r0, =idle1
         bx      r0
+        .endif

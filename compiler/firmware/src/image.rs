@@ -18,6 +18,7 @@ use std::fmt;
 
 use super::code::{ProgramCode, compile_keys, is_latched};
 use super::near::{check_stack, place_near};
+use super::parts::{Cut, InParts};
 use super::ports::Guards;
 use super::sound::channels;
 use super::{FirmwareError, Midi, RUNNING, Setup, Unsupported, objects, support};
@@ -37,6 +38,12 @@ impl FirmwareImage {
     /// The code of a program.
     pub fn program(&self, id: ProgramId) -> &ProgramCode {
         &self.programs[id]
+    }
+
+    /// What is in parts, if something is.
+    pub fn cut(&self) -> Option<&Cut> {
+        let mut cores = self.programs.iter().flat_map(|program| &program.cores);
+        cores.find_map(|core| core.cut.as_ref())
     }
 
     /// What the other core reads and writes between two ticks of a core in memory that is otherwise
@@ -125,6 +132,8 @@ pub struct Instrument<'a> {
     pub places: &'a [Place],
     /// Which events are notes.
     pub midi: &'a Midi,
+    /// The instrument in parts, if it is one that is played once and is to run so.
+    pub parts: Option<&'a InParts>,
 }
 
 /// Builds the image of a keyboard; it starts with the first program. The cores' keys are those of
@@ -138,16 +147,36 @@ pub fn build_image(
     setup: &Setup,
     board: &Board,
 ) -> Result<FirmwareImage, ImageError> {
+    let in_parts = instruments.iter().find_map(|instrument| instrument.parts);
+    let division = in_parts.map_or_else(Vec::new, |parts| {
+        let cycles = |part: usize| parts.parts.parts[part].cycles();
+        parts.divided(board.stacks.len(), cycles)
+    });
+    build_divided(layout, instruments, setup, board, &division)
+}
+
+/// As [`build_image`], with the core of every part of an instrument in parts.
+///
+/// # Errors
+/// As [`build_image`].
+pub fn build_divided(
+    layout: &Layout,
+    instruments: &[Instrument],
+    setup: &Setup,
+    board: &Board,
+    division: &[usize],
+) -> Result<FirmwareImage, ImageError> {
     let support = support(board).map_err(ImageError::Board)?;
     check_ports(layout, instruments, setup)?;
     check_keys(layout, setup).map_err(ImageError::Firmware)?;
     let mut programs =
-        compile_keys(layout, instruments, setup, board.arch).map_err(ImageError::Code)?;
+        compile_keys(layout, instruments, setup, board.arch, division).map_err(ImageError::Code)?;
     let mut firmware =
         objects(&programs, instruments, setup, &support).map_err(ImageError::Firmware)?;
     place_near(board, &mut firmware, &mut programs);
     let image = link_all(board, &firmware, &programs, instruments).map_err(ImageError::Link)?;
-    for stack in &board.stacks[..setup.keys.len()] {
+    let helpers = usize::from(has_helper(&programs));
+    for stack in &board.stacks[..setup.keys.len() + helpers] {
         check_stack(&image, board, *stack).map_err(ImageError::Link)?;
     }
     Ok(FirmwareImage {
@@ -155,6 +184,12 @@ pub fn build_image(
         keys_of_cores: setup.keys.clone(),
         programs,
     })
+}
+
+/// Whether core 1 runs parts of an instrument that core 0 plays.
+pub(super) fn has_helper(programs: &[ProgramCode]) -> bool {
+    let mut cores = programs.iter().flat_map(|program| &program.cores);
+    cores.any(|core| core.cut.as_ref().is_some_and(Cut::has_helper))
 }
 
 /// That every instrument that is played has the words that are guarded: one in and one out of a
@@ -178,7 +213,10 @@ fn check_ports(
         }
     }
     let is_once = setup.keys == [1] && layout.keys == 1 && layout.programs.len() == 1;
-    if setup.guards() == Guards::Ports && !is_once {
+    let in_parts = instruments
+        .iter()
+        .any(|instrument| instrument.parts.is_some());
+    if (setup.guards() == Guards::Ports || in_parts) && !is_once {
         return Err(ImageError::Once(layout.keys));
     }
     Ok(())
@@ -209,9 +247,16 @@ fn link_all(
         places: &[],
     });
     let of_keys = programs.iter().flat_map(|program| {
-        program.zones().map(|zone| Input {
-            object: &zone.built.object,
-            places: instruments[program.instrument_of(zone).index()].places,
+        let of_zone = |zone| instruments[program.instrument_of(zone).index()].places;
+        // Parts are of the only instrument.
+        let places = program.zones().next().map_or(&[][..], of_zone);
+        let zones = program
+            .zones()
+            .map(move |zone| (&zone.built, of_zone(zone)));
+        let parts = program.parts().map(move |part| (&part.built, places));
+        zones.chain(parts).map(|(built, places)| Input {
+            object: &built.object,
+            places,
         })
     });
     let inputs: Vec<Input> = of_firmware.chain(of_keys).collect();

@@ -23,22 +23,28 @@ mod image;
 mod near;
 mod objects;
 mod offsets;
+mod parts;
 mod ports;
 mod running;
 mod sound;
 mod tables;
+mod wires;
 mod zones;
 
 pub use boards::{Support, Unsupported, support};
 pub use code::{CoreCode, ProgramCode, ZoneCode, is_split, with_values_from};
 pub use constants::constants;
 pub use error::FirmwareError;
-pub use image::{FirmwareImage, ImageError, Instrument, build_image, divide_equally};
+pub use image::{
+    FirmwareImage, ImageError, Instrument, build_divided, build_image, divide_equally,
+};
 pub use objects::{frame_constants, objects, sources};
 pub use offsets::{FAULTS, Fault, core_block, key_guard};
+pub use parts::{Cut, FINISHED, InParts, MEMBERS, POLL, PartCode, WAIT, WENT};
 pub use ports::{GuardedDrive, GuardedPort};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
 pub use sound::{mute_name, sound_table_name};
+pub use whippen_parts::Role;
 pub use zones::zone_name;
 
 /// What a program and its keyboard say.

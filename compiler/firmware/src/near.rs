@@ -8,10 +8,12 @@
 //! ```
 
 use whippen_arm::image::{Board, Image, LinkError, Memory, Object, Section, SectionKind};
+use whippen_arm::thumb::Built;
 use whippen_keyboard::CoreId;
 
 use super::CORES;
-use super::code::{ProgramCode, ZoneCode};
+use super::code::ProgramCode;
+use super::image::has_helper;
 
 /// Bytes kept for the stack of a core: twice what the bound says that it needs.
 pub(super) const STACK_BYTES: u32 = 256;
@@ -20,6 +22,7 @@ pub(super) const STACK_BYTES: u32 = 256;
 pub(super) fn place_near(board: &Board, firmware: &mut [Object], programs: &mut [ProgramCode]) {
     let cores = (0..).map(CoreId).zip(CORES);
     let playing = programs.first().map_or(0, |program| program.cores.len());
+    let playing = playing + usize::from(has_helper(programs));
     for (core, name) in cores.take(playing) {
         let Some(memory) = board.memory_for(&format!(".data.near.{name}")) else {
             continue;
@@ -54,7 +57,7 @@ impl Near<'_> {
         programs: &'s mut [ProgramCode],
     ) -> Vec<&'s mut Section> {
         let (mut states, mut histories) = (Vec::new(), Vec::new());
-        for ZoneCode { built, .. } in self.zones(programs) {
+        for built in self.built(programs) {
             let sections = built.object.sections.iter_mut();
             let mut data = sections.filter(|section| section.kind == SectionKind::Data);
             states.extend(data.next());
@@ -65,13 +68,12 @@ impl Near<'_> {
         states.into_iter().chain(histories).chain(guards).collect()
     }
 
-    fn zones<'s>(
+    fn built<'s>(
         &self,
         programs: &'s mut [ProgramCode],
-    ) -> impl Iterator<Item = &'s mut ZoneCode> + use<'s> {
+    ) -> impl Iterator<Item = &'s mut Built> + use<'s> {
         let core = self.core;
-        let cores = programs.iter_mut().map(move |own| &mut own.cores[core]);
-        cores.flat_map(|core| &mut core.zones)
+        programs.iter_mut().flat_map(move |own| own.built_mut(core))
     }
 
     /// The code that runs in ticks.
@@ -86,8 +88,8 @@ impl Near<'_> {
             section.name.starts_with(&own) && ["frame", "zones"].contains(&part)
         };
         let frames = firmware.iter_mut().flat_map(|object| &mut object.sections);
-        let keys = self.zones(programs);
-        let keys = keys.flat_map(|zone| &mut zone.built.object.sections);
+        let keys = self.built(programs);
+        let keys = keys.flat_map(|built| &mut built.object.sections);
         let keys = keys.filter(|section| section.kind == SectionKind::Code);
         frames.filter(is_of_tick).chain(keys).collect()
     }
@@ -103,8 +105,8 @@ impl Near<'_> {
         let stacks = &self.board.stacks;
         let has_stack = stacks.iter().any(|stack| grows_in(self.memory, *stack));
         let stack_bytes = if has_stack { STACK_BYTES } else { 0 };
-        let zones = programs.iter().flat_map(ProgramCode::zones);
-        let keys = zones.map(|zone| &zone.built.object);
+        let built = programs.iter().flat_map(ProgramCode::built);
+        let keys = built.map(|built| &built.object);
         let sections = firmware.iter().chain(keys).flat_map(|own| &own.sections);
         let inside = |section: &&Section| self.board.memory_for(&section.name) == Some(self.memory);
         let taken: u32 = sections.filter(inside).map(bytes).sum();

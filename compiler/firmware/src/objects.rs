@@ -10,9 +10,10 @@ use whippen_deterministic::parallel;
 use super::boards::{Support, frame, shared};
 use super::code::{ProgramCode, is_split};
 use super::constants::constants;
+use super::image::has_helper;
 use super::ports::Guards;
 use super::{CORES, FirmwareError, Instrument, Setup, drive_offset_bytes, keys_name};
-use super::{ports, sound, tables, zones};
+use super::{parts, ports, sound, tables, zones};
 
 /// The objects of a firmware, to be linked with those of the keys of all programs. The image begins
 /// at `reset`, with the first program.
@@ -27,12 +28,18 @@ pub fn objects(
 ) -> Result<Vec<Object>, FirmwareError> {
     let constants = constants(programs, setup, board)?;
     let mut tables = tables(programs, instruments);
+    let period = u64::from(board.board.clock_hz / setup.rate_hz.max(1));
+    for core in programs.iter().flat_map(|program| &program.cores) {
+        let calls = |cut| parts::as_assembly(core, cut, period, setup.words_of(1));
+        tables.extend(core.cut.iter().flat_map(calls));
+    }
     if setup.guards() == Guards::Ports {
         let distance = drive_offset_bytes(setup.words_of(1));
         tables.push(ports::table_as_assembly(setup, distance)?);
     }
     let cores = setup.keys.len();
-    let alone = shared(board, cores)
+    let started = cores + usize::from(has_helper(programs));
+    let alone = shared(board, started)
         .chain([board.tick])
         .map(|source| vec![source]);
     let mut texts: Vec<(Vec<Source>, Option<usize>)> =
@@ -61,12 +68,26 @@ pub fn objects(
     let mut objects = assembled
         .into_iter()
         .collect::<Result<Vec<Object>, AsmError>>()?;
+    if has_helper(programs) {
+        let sections = objects.iter_mut().flat_map(|object| &mut object.sections);
+        sections.for_each(|section| section.name = name_with_helper(&section.name));
+    }
     let frame = objects[start]
         .sections
         .iter_mut()
         .filter(|section| section.name == ".text.frame");
     frame.for_each(|section| section.name = ".text.start.board".into());
     Ok(objects)
+}
+
+/// What a section is called where core 1 only helps: core 0 sends MIDI then, so that is none of
+/// core 1's.
+fn name_with_helper(section: &str) -> String {
+    let of_midi = section.contains(".core1.firmware") || section.ends_with(".core1.midi");
+    match of_midi {
+        true => section.replacen(".core1", "", 1),
+        false => section.to_string(),
+    }
 }
 
 /// The constants of a core's frame besides the [`constants`] of all texts.

@@ -53,10 +53,17 @@ board_listen:
         str     r1, [r0]                @ CTRL, set: this core serves
         bx      lr
 
-@ UART0 on GPIO 0 at 31250 baud, its clock divided by 16 and by UART_DIVISOR.
+@ UART0 on GPIO 0 at 31250 baud, its clock divided by 16 and by UART_DIVISOR. It leaves its reset only where clk_peri runs.
         .global board_serial
         .type   board_serial, %function
 board_serial:
+        ldr     r0, =RESETS + 0x3000    @ clear
+        ldr     r1, =RESET_UART
+        str     r1, [r0]
+        ldr     r0, =RESETS
+1:      ldr     r2, [r0, #8]            @ RESET_DONE
+        ands    r2, r1
+        beq     1b
         ldr     r0, =UART
         ldr     r1, =UART_DIVISOR
         str     r1, [r0, #0x24]         @ UARTIBRD
@@ -71,10 +78,14 @@ board_serial:
         str     r1, [r0, #4]            @ GPIO 0 is UART0 TX
         bx      lr
 
-@ The watchdog bites after WATCHDOG_LOAD counts without food.
+@ The watchdog bites after WATCHDOG_LOAD counts without food, and then resets all but the oscillators. After reset WDSEL selects
+@ nothing, and a bite would do nothing. (POWMAN_WDSEL of RP2350 stays 0: its resets hold the pins where they are until the next start.)
         .global board_watchdog
         .type   board_watchdog, %function
 board_watchdog:
+        ldr     r0, =PSM
+        ldr     r1, =PSM_STAGES
+        str     r1, [r0, #8]            @ WDSEL
         ldr     r0, =WATCHDOG
         ldr     r1, =WATCHDOG_LOAD
         str     r1, [r0, #4]

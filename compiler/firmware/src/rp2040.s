@@ -45,20 +45,29 @@ board_clocks:
 1:      ldr     r1, [r0, #4]
         cmp     r1, #0                  @ STABLE
         bge     1b
-        ldr     r0, =0x40008000         @ clk_ref from the crystal
-        movs    r1, #2
-        str     r1, [r0, #0x30]
-2:      ldr     r1, [r0, #0x38]
-        cmp     r1, #1 << 2
+        ldr     r0, =0x40008000         @ CLOCKS
+        ldr     r2, =0x4000b000         @ and the copy that clears bits
+        movs    r1, #1
+        str     r1, [r2, #0x3c]         @ clk_sys from clk_ref, wherever a debugger left it
+2:      ldr     r1, [r0, #0x44]         @ SELECTED
+        cmp     r1, #1 << 0
         bne     2b
-        ldr     r0, =0x4000f000         @ RESETS, clear: PLL_SYS, UART0, IO_BANK0, PADS_BANK0
-        ldr     r1, =1 << 12 | 1 << 22 | 1 << 5 | 1 << 8
+        ldr     r1, =1 << 8             @ neither divided
+        str     r1, [r0, #0x34]
+        str     r1, [r0, #0x40]
+        movs    r1, #2
+        str     r1, [r0, #0x30]         @ clk_ref from the crystal
+3:      ldr     r1, [r0, #0x38]
+        cmp     r1, #1 << 2
+        bne     3b
+        ldr     r0, =RESETS + 0x3000    @ clear: PLL_SYS, IO_BANK0, PADS_BANK0
+        ldr     r1, =1 << 12 | 1 << 5 | 1 << 8
         str     r1, [r0]
-        ldr     r0, =0x4000c000
-3:      ldr     r2, [r0, #8]            @ RESET_DONE
+        ldr     r0, =RESETS
+4:      ldr     r2, [r0, #8]            @ RESET_DONE
         ands    r2, r1
         cmp     r2, r1
-        bne     3b
+        bne     4b
         ldr     r0, =0x40028000         @ PLL_SYS
         movs    r1, #1
         str     r1, [r0]                @ reference / 1
@@ -66,21 +75,21 @@ board_clocks:
         str     r1, [r0, #8]            @ * 133
         movs    r1, #0xc
         str     r1, [r0, #4]            @ power to PLL and VCO, not to the dividers
-4:      ldr     r1, [r0]
+5:      ldr     r1, [r0]
         cmp     r1, #0                  @ LOCK
-        bge     4b
+        bge     5b
         ldr     r1, =6 << 16 | 2 << 12
         str     r1, [r0, #0xc]
         movs    r1, #4
         str     r1, [r0, #4]
         ldr     r0, =0x40008000
         movs    r1, #0
-        str     r1, [r0, #0x3c]         @ clk_sys: auxiliary is PLL_SYS
+        str     r1, [r0, #0x3c]         @ clk_sys: auxiliary, which nobody listens to, is PLL_SYS
         movs    r1, #1
         str     r1, [r0, #0x3c]         @ and is taken
-5:      ldr     r1, [r0, #0x44]
-        cmp     r1, #2
-        bne     5b
+6:      ldr     r1, [r0, #0x44]
+        cmp     r1, #1 << 1
+        bne     6b
         ldr     r1, =1 << 11
         str     r1, [r0, #0x48]         @ clk_peri from clk_sys
         ldr     r0, =WATCHDOG

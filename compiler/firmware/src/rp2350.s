@@ -14,24 +14,33 @@ board_clocks:
         str     r1, [r0]
         movs    r1, #47
         str     r1, [r0, #0xc]
-        ldr     r1, =0xfab000
+        ldr     r1, =0xfabaa0
         str     r1, [r0]
 1:      ldr     r1, [r0, #4]
         lsls    r1, r1, #1              @ STABLE
         bcc     1b
-        ldr     r0, =0x40010000         @ clk_ref from the crystal
-        movs    r1, #2
-        str     r1, [r0, #0x30]
-2:      ldr     r1, [r0, #0x38]
-        cmp     r1, #1 << 2
+        ldr     r0, =0x40010000         @ CLOCKS
+        ldr     r2, =0x40013000         @ and the copy that clears bits
+        movs    r1, #1
+        str     r1, [r2, #0x3c]         @ clk_sys from clk_ref: steppings A3 and A4 come up on the auxiliary source
+2:      ldr     r1, [r0, #0x44]         @ SELECTED
+        cmp     r1, #1 << 0
         bne     2b
-        ldr     r0, =0x40023000         @ RESETS, clear: PLL_SYS, UART0, IO_BANK0, PADS_BANK0
-        ldr     r1, =1 << 14 | 1 << 26 | 1 << 6 | 1 << 9
-        str     r1, [r0]
-        ldr     r0, =0x40020000
-3:      ldr     r2, [r0, #8]            @ RESET_DONE
-        bics    r2, r1, r2
+        ldr     r1, =1 << 16            @ neither divided: their ROM leaves clk_ref at a fifth
+        str     r1, [r0, #0x34]
+        str     r1, [r0, #0x40]
+        movs    r1, #2
+        str     r1, [r0, #0x30]         @ clk_ref from the crystal
+3:      ldr     r1, [r0, #0x38]
+        cmp     r1, #1 << 2
         bne     3b
+        ldr     r0, =RESETS + 0x3000    @ clear: PLL_SYS, IO_BANK0, PADS_BANK0
+        ldr     r1, =1 << 14 | 1 << 6 | 1 << 9
+        str     r1, [r0]
+        ldr     r0, =RESETS
+4:      ldr     r2, [r0, #8]            @ RESET_DONE
+        bics    r2, r1, r2
+        bne     4b
         ldr     r0, =0x40050000         @ PLL_SYS
         movs    r1, #1
         str     r1, [r0]                @ reference / 1
@@ -39,28 +48,28 @@ board_clocks:
         str     r1, [r0, #8]            @ * 125
         movs    r1, #0xc
         str     r1, [r0, #4]            @ power to PLL and VCO, not to the dividers
-4:      ldr     r1, [r0]
+5:      ldr     r1, [r0]
         cmp     r1, #0                  @ LOCK
-        bge     4b
+        bge     5b
         ldr     r1, =5 << 16 | 2 << 12
         str     r1, [r0, #0xc]
         movs    r1, #4
         str     r1, [r0, #4]
         ldr     r0, =0x40010000
         movs    r1, #0
-        str     r1, [r0, #0x3c]         @ clk_sys: auxiliary is PLL_SYS
+        str     r1, [r0, #0x3c]         @ clk_sys: auxiliary, which nobody listens to, is PLL_SYS
         movs    r1, #1
         str     r1, [r0, #0x3c]         @ and is taken
-5:      ldr     r1, [r0, #0x44]
-        cmp     r1, #2
-        bne     5b
+6:      ldr     r1, [r0, #0x44]
+        cmp     r1, #1 << 1
+        bne     6b
         movw    r1, #1 << 11
         str     r1, [r0, #0x48]         @ clk_peri from clk_sys
         ldr     r0, =0x40108000         @ TICKS: the watchdog's, 12 cycles of clk_ref
         movs    r1, #12
-        str     r1, [r0, #0x28]
+        str     r1, [r0, #0x34]
         movs    r1, #1
-        str     r1, [r0, #0x24]
+        str     r1, [r0, #0x30]
         ldr     r0, =0x40038000         @ PADS_BANK0: GPIO 0 leaves isolation
         movs    r1, #0x56
         str     r1, [r0, #4]

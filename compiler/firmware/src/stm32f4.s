@@ -119,12 +119,17 @@ board_serial:
         .type   board_watchdog, %function
 board_watchdog:
         ldr     r0, =IWDG
+        movw    r1, #0xcccc
+        str     r1, [r0]                @ KR: go, from 0xfff; now its oscillator runs
         movw    r1, #0x5555
         str     r1, [r0]                @ KR: unlocked
         movs    r1, #0
         str     r1, [r0, #4]            @ PR: / 4
         movs    r1, #WATCHDOG_US * 8 / 1000
         str     r1, [r0, #8]            @ RLR
-        movw    r1, #0xcccc
-        str     r1, [r0]                @ KR: go
+1:      ldr     r1, [r0, #0xc]          @ SR: neither is still on its way
+        cmp     r1, #0
+        bne     1b
+        movw    r1, #0xaaaa
+        str     r1, [r0]                @ KR: from RLR
         bx      lr

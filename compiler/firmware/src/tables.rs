@@ -105,7 +105,11 @@ fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<
             };
             let kernel = &instruments[of.instrument.index()].modes.kernel;
             for (index, live) in kernel.lives.iter().enumerate() {
+                let cut = program.cores.iter().find_map(|core| core.cut.as_ref());
                 let at = |code: &ZoneCode| {
+                    if let Some((name, offset)) = cut.and_then(|cut| cut.live(code, index)) {
+                        return format!("{name}_state + {offset}");
+                    }
                     let offset = code.layout().live_param(index).unwrap_or(0);
                     format!("{}_state + {offset}", code.name)
                 };

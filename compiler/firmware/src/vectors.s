@@ -9,11 +9,13 @@ vectors:
         .word   STACK0                  @ initial stack pointer
         .word   reset
 
-@ A fault of the processor, or an exception that nobody expects: no force, and no more food for the watchdog.
+@ A fault of the processor, or an exception that nobody expects: outputs off, whatever the other core still does, no force in what
+@ it may put out again, and no more food for the watchdog.
         .section .text.firmware.dead, "ax"
         .global dead
         .type   dead, %function
 dead:   cpsid   i
+        bl      board_off
         ldr     r0, =status
         ldr     r1, [r0, #S_FAULTS]
         movs    r2, #FAULT_DEAD

@@ -6,7 +6,7 @@
 //!   else b`, and one value with two factors becomes a product with a chosen constant, as does a
 //!   division by one.
 //! * A value divided by what live parameters alone decide is a product with a quotient that all
-//!   keys share.
+//!   keys share. By what does not move far, or by an exponential, it needs no quotient.
 //! * What the ranges decide is gone: a `max` that never bites, a comparison that always holds.
 //! * Comparisons compare a value with a constant where they can: the threshold is scaled, not the
 //!   value.
@@ -22,6 +22,7 @@ mod choice;
 mod curve;
 mod friction;
 mod linear;
+mod reciprocal;
 mod rewrite;
 
 use rewrite::Rewriter;

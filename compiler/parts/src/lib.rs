@@ -25,7 +25,7 @@
 //!
 //! [`Running`] runs parts by the interpreter, and is what tests compare with the whole.
 //!
-//! Not here: which core runs what, and how words cross there.
+//! Not here: which core runs what, and how words cross (`whippen-firmware`).
 
 mod choose;
 mod classes;

@@ -3,7 +3,9 @@
 use super::ChipTable;
 use crate::board::CoreKind;
 use crate::bus::Waits;
+use crate::device::clocks;
 use crate::device::dma;
+use crate::device::power::Stages;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
@@ -87,8 +89,6 @@ pub(super) const CHIP: ChipTable = ChipTable {
         (0x1400_0000, XIP_CTRL),
         (0x4000_0000, SYSINFO),
         (0x4000_4000, &[words(0, 7)]),
-        (0x4000_8000, CLOCKS),
-        (0x4000_c000, RESETS),
         (0x4001_4000, IO_BANK0),
         (0x4001_8000, IO_QSPI),
         (0x4001_c000, PADS),
@@ -100,6 +100,17 @@ pub(super) const CHIP: ChipTable = ChipTable {
         (0x4006_4000, &[words(0, 3)]),
         (0x4006_c000, TBMAN),
     ],
+    clocks: (
+        0x4000_8000,
+        clocks::ClockLayout {
+            rows: CLOCKS,
+            rosc_hz: 6_500_000,
+            divider_shift: 8,
+            divider_zero: 1 << 16,
+        },
+    ),
+    // On clk_peri: SPI0 and 1, UART0 and 1.
+    resets: (0x4000_c000, RESETS, 3 << 16 | 3 << 22),
     sio: Chip::Rp2040,
     // The single-cycle port of the Cortex-M0+: one cycle instead of two.
     sio_waits: Waits {
@@ -109,8 +120,16 @@ pub(super) const CHIP: ChipTable = ChipTable {
     timers: &[(0x4005_4000, 0)],
     timer_intr: 0x34,
     uarts: [(0x4003_4000, 20), (0x4003_8000, 21)],
-    power: (0x4001_0000, 1 << 16, 0x0001_ffff),
+    power: (
+        0x4001_0000,
+        Stages {
+            core1: 1 << 16,
+            mask: 0x0001_ffff,
+            peripherals: 0xf,
+        },
+    ),
     watchdog: (0x4005_8000, 2),
+    watchdog_ticks: None,
     dma: dma::RP2040,
     converter: (0x4007_0000, 31),
     busctrl: 0x4003_0000,
@@ -141,13 +160,13 @@ const RESETS: &[Row] = &[
 ];
 
 /// CTRL, DIV and SELECTED of ten clocks, of which only clk_ref and clk_sys switch without a glitch
-/// and say what they selected; the rest of the block. The frequency counter always finds clk_sys.
+/// and say what they selected (`clocks`); the rest of the block. The frequency counter always finds
+/// clk_sys.
 const CLOCKS: &[Row] = &[
     times(10, 12, held(0, 0, 0x0013_1fff)),
     times(10, 12, held(4, 0x100, u32::MAX)),
     times(4, 12, held(0x08, 1, 0)),
-    status(0x38, Reads::OneHot { of: 0x30, mask: 3 }),
-    status(0x44, Reads::OneHot { of: 0x3c, mask: 1 }),
+    times(2, 12, held(0x38, 0, 0)),
     times(4, 12, held(0x50, 1, 0)),
     held(0x78, 0xff, 0x1_11ff),
     held(0x7c, 0, 0),

@@ -4,7 +4,9 @@
 use super::ChipTable;
 use crate::board::CoreKind;
 use crate::bus::Waits;
+use crate::device::clocks;
 use crate::device::dma;
+use crate::device::power::Stages;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
@@ -63,8 +65,6 @@ pub(super) const CHIP: ChipTable = ChipTable {
     registers: &[
         (0x4000_0000, SYSINFO),
         (0x4000_8000, &[words(0, 8)]),
-        (0x4001_0000, CLOCKS),
-        (0x4002_0000, RESETS),
         (0x4002_8000, IO_BANK0),
         (0x4003_0000, IO_QSPI),
         (0x4003_8000, PADS),
@@ -80,13 +80,32 @@ pub(super) const CHIP: ChipTable = ChipTable {
         (0x4010_8000, TICKS),
         (0x4016_0000, TBMAN),
     ],
+    clocks: (
+        0x4001_0000,
+        clocks::ClockLayout {
+            rows: CLOCKS,
+            rosc_hz: 11_000_000,
+            divider_shift: 16,
+            divider_zero: 256,
+        },
+    ),
+    // On clk_peri: SPI0 and 1, UART0 and 1.
+    resets: (0x4002_0000, RESETS, 3 << 18 | 3 << 26),
     sio: Chip::Rp2350,
     sio_waits: Waits { read: 0, write: 0 },
     timers: &[(0x400b_0000, 0), (0x400b_8000, 4)],
     timer_intr: 0x3c,
     uarts: [(0x4007_0000, 33), (0x4007_8000, 34)],
-    power: (0x4001_8000, 1 << 24, 0x01ff_ffff),
+    power: (
+        0x4001_8000,
+        Stages {
+            core1: 1 << 24,
+            mask: 0x01ff_ffff,
+            peripherals: 0x1f,
+        },
+    ),
     watchdog: (0x400d_8000, 1),
+    watchdog_ticks: Some((0x4010_8000, 0x30)),
     dma: dma::RP2350,
     converter: (0x4017_0000, 46),
     busctrl: 0x4006_8000,
@@ -121,8 +140,14 @@ const RESETS: &[Row] = &[
 const ENABLE: u32 = 1 << 11;
 
 /// CTRL, DIV and SELECTED of ten clocks, of which only clk_ref and clk_sys switch without a glitch
-/// and say what they selected; the rest of the block. The frequency counter always finds clk_sys.
+/// and say what they selected (`clocks`); the rest of the block. The frequency counter always finds
+/// clk_sys.
+///
+/// Steppings A3 and A4 come up with clk_sys on its auxiliary source, the ring oscillator, and their
+/// ROM leaves clk_ref divided by 5 (appendix C).
 const CLOCKS: &[Row] = &[
+    held(0x34, 5 << 16, 0x00ff_0000),
+    held(0x3c, 0x41, 0xe1),
     times(
         10,
         12,
@@ -138,8 +163,7 @@ const CLOCKS: &[Row] = &[
     ),
     times(10, 12, held(4, 0x1_0000, u32::MAX)),
     times(4, 12, held(0x08, 1, 0)),
-    status(0x38, Reads::OneHot { of: 0x30, mask: 3 }),
-    status(0x44, Reads::OneHot { of: 0x3c, mask: 1 }),
+    times(2, 12, held(0x38, 0, 0)),
     times(4, 12, held(0x50, 1, 0)),
     words(0x78, 3),
     held(0x84, 0xff, 0x1_11ff),
@@ -195,7 +219,7 @@ const ROSC: &[Row] = &[
     words(0x24, 1),
 ];
 
-/// Six generators: CTRL, CYCLES, COUNT.
+/// Six generators (of core 0, core 1, timer 0, timer 1, the watchdog, RISC-V): CTRL, CYCLES, COUNT.
 const TICKS: &[Row] = &[
     times(
         6,

@@ -11,7 +11,7 @@
 //!
 //! | offset | register | |
 //! | --- | --- | --- |
-//! | 0x00 | CTRL | bit 0 enable; bit 1 double buffers; bits 9:8 which cores serve (reset: core 0) |
+//! | 0x00 | CTRL | bit 0 enable, without which outputs are zero; bit 1 double buffers; bits 9:8 which cores serve (reset: core 0) |
 //! | 0x04 | STATUS | bit 0 a tick waits for this core, written 1 to acknowledge; bit 1 overrun, written 1 to clear; bit 2 the samples are over; bit 3 which half of double buffers this tick uses |
 //! | 0x08 | KEYS | words each way (reset: what the board has) |
 //! | 0x0c | SENSE | address of the sensor words, 16 bits each, in the order of keys |
@@ -51,6 +51,9 @@ pub struct Converter {
     pub recording: bool,
     /// Drive words so far: KEYS per tick, from the second tick on. Take them whenever you like.
     pub drives: Vec<i16>,
+    /// What its outputs hold: the drive words that it took last; zero from the cycle on in which it
+    /// is disabled, or reset with the chip. Kept with `drives`.
+    outputs: Vec<i16>,
     /// Whether samples of the sound are kept for the host.
     pub listening: bool,
     /// Samples so far, left and right. Take them whenever you like.
@@ -85,6 +88,7 @@ impl Converter {
             samples: VecDeque::new(),
             recording: false,
             drives: Vec::new(),
+            outputs: Vec::new(),
             listening: false,
             heard: Vec::new(),
             ticks_before: 0,
@@ -120,6 +124,11 @@ impl Converter {
     /// Whether a tick came for which there were no samples.
     pub fn is_over(&self) -> bool {
         self.over
+    }
+
+    /// What the outputs hold, a word a key, while drive words are recorded.
+    pub fn outputs(&self) -> &[i16] {
+        &self.outputs
     }
 
     /// How many of the host's sensor words the program has been given.
@@ -179,12 +188,13 @@ impl Converter {
     /// The drive words of the tick before; where there is no memory, zero.
     fn take_drives(&mut self, cycle: u64, bus: &mut Bus) {
         let half = self.half_of(self.ticks.wrapping_sub(1));
-        for key in 0..self.keys {
-            let word = bus
-                .read(self.address(key, half, |own| own.drive), 2, cycle)
-                .unwrap_or(0);
-            self.drives.push(word as u16 as i16);
-        }
+        let words = (0..self.keys).map(|key| {
+            let from = self.address(key, half, |own| own.drive);
+            bus.read(from, 2, cycle).unwrap_or(0) as u16 as i16
+        });
+        let words: Vec<i16> = words.collect();
+        self.drives.extend(&words);
+        self.outputs = words;
     }
 
     fn give_samples(&mut self, cycle: u64, bus: &mut Bus) {
@@ -242,6 +252,9 @@ impl Converter {
     fn enable(&mut self, control: u32, cycle: u64) {
         let begins = control & ENABLE != 0 && self.control & ENABLE == 0;
         self.control = control & 0x303;
+        if control & ENABLE == 0 {
+            self.outputs.fill(0);
+        }
         if begins {
             (self.started, self.ticks, self.waiting) = (cycle, 0, 0);
         }
@@ -313,6 +326,11 @@ impl Device for Converter {
             self.tick(cycle, bus);
         }
         self.interrupts(bus);
+    }
+
+    fn reset(&mut self) {
+        self.control = 1 << 8;
+        self.outputs.fill(0);
     }
 }
 
@@ -386,6 +404,23 @@ mod tests {
             (pair.0.drives.as_slice(), pair.0.status(0)),
             (&[5, -1][..], 0b1001)
         );
+    }
+
+    #[test]
+    fn outputs_hold_the_last_words_until_it_is_disabled_or_reset() {
+        for ends in [true, false] {
+            let mut pair = converter();
+            tick(&mut pair);
+            pair.1.write(RAM + 0x40, 4, 0xffff_0005, 0).unwrap();
+            assert!(pair.0.outputs().is_empty());
+            tick(&mut pair);
+            assert_eq!(pair.0.outputs(), [5, -1]);
+            match ends {
+                true => write(&mut pair, 0, 9000, 0x102),
+                false => pair.0.reset(),
+            }
+            assert_eq!((pair.0.outputs(), pair.0.due()), (&[0, 0][..], u64::MAX));
+        }
     }
 
     #[test]

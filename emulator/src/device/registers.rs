@@ -1,9 +1,9 @@
 //! Blocks of registers that hold what is written, as tables, with the status bits that start-up
 //! code waits for.
 //!
-//! What they control (oscillators, clock dividers, resets, pins) has no effect: an oscillator is
-//! stable as soon as it is enabled, a block is out of reset as soon as it is asked to be. So every
-//! poll of a real start-up ends at its first look.
+//! What they control (oscillators, PLLs, pins) has no effect: an oscillator is stable as soon as it
+//! is enabled. So those polls of a real start-up end at their first look; `clocks` has what takes
+//! time.
 
 use crate::bus::{Access, Bus, BusError, Device};
 use crate::device::alias;
@@ -25,8 +25,6 @@ pub(crate) enum Reads {
     /// What is held, with these bits of the register at `of` moved up to where they are
     /// acknowledged.
     Follow { of: u32, mask: u32, up: u32 },
-    /// One bit: number (register at `of` & mask).
-    OneHot { of: u32, mask: u32 },
 }
 
 /// A run of equal registers.
@@ -109,7 +107,8 @@ impl Registers {
         None
     }
 
-    fn holds(&self, offset: u32) -> u32 {
+    /// What a register holds; 0 where there is none.
+    pub(crate) fn holds(&self, offset: u32) -> u32 {
         self.find(offset)
             .map_or(0, |(_, place, _)| self.held[place])
     }
@@ -133,7 +132,6 @@ impl Registers {
             }
             Reads::Not { of, mask } => !self.holds(of + from) & mask,
             Reads::Follow { of, mask, up } => held | (self.holds(of + from) & mask) << up,
-            Reads::OneHot { of, mask } => 1 << (self.holds(of + from) & mask & 31),
         })
     }
 }
@@ -164,7 +162,7 @@ mod tests {
         held(0, 0x1f, 0x1f),
         status(8, Reads::Not { of: 0, mask: 0x1f }),
         times(2, 0x10, held(0x20, 0, 3)),
-        times(2, 0x10, status(0x24, Reads::OneHot { of: 0x20, mask: 3 })),
+        times(2, 0x10, status(0x24, Reads::Not { of: 0x20, mask: 3 })),
         Row {
             reads: Reads::Follow {
                 of: 0x60,
@@ -190,11 +188,11 @@ mod tests {
         assert_eq!(block.word(8), Some(0));
         block.held[0] = 0x1e;
         assert_eq!(block.word(8), Some(1));
-        assert_eq!((block.word(0x24), block.word(0x34)), (Some(1), Some(1)));
+        assert_eq!((block.word(0x24), block.word(0x34)), (Some(3), Some(3)));
         let (_, place, from) = block.find(0x30).unwrap();
         assert_eq!((place, from), (3, 0x10));
         block.held[place] = 2;
-        assert_eq!((block.word(0x24), block.word(0x34)), (Some(1), Some(4)));
+        assert_eq!((block.word(0x24), block.word(0x34)), (Some(3), Some(1)));
         assert_eq!(block.word(0x50), Some(0));
         *block.held.last_mut().unwrap() = 1;
         assert_eq!(block.word(0x50), Some(3));

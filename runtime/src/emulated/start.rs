@@ -1,6 +1,7 @@
 //! The start of a board: its cores begin, force comes up, and the keys go back to their beginning.
 
-use whippen_compiler::firmware::{CORES, ZoneCode};
+use whippen_compiler::firmware::CORES;
+use whippen_compiler::thumb::Built;
 
 use super::{Emulated, Frames};
 
@@ -41,7 +42,8 @@ impl Emulated {
         }
         for (core, states) in fresh.into_iter().flatten().enumerate() {
             for (at, state) in states.into_iter().enumerate() {
-                self.put_back(&self.zones(core)[at].clone(), state)?;
+                let piece = self.pieces(core).swap_remove(at);
+                self.put_back(&piece, state)?;
             }
         }
         self.frames = Frames::default();
@@ -57,25 +59,38 @@ impl Emulated {
         }
     }
 
-    /// What a zone's keys remember, with all gains at 1.
-    fn put_back(&mut self, zone: &ZoneCode, mut memory: ZoneMemory) -> Result<(), String> {
-        for key in 0..zone.keys() {
-            if let Some(gain) = zone.layout().gain(key) {
+    /// What has a memory: the zones of a core, and the parts of an instrument with core 0's.
+    fn pieces(&self, core: usize) -> Vec<(String, Built)> {
+        let zones = self.zones(core).iter();
+        let zones = zones.map(|zone| (zone.name.clone(), zone.built.clone()));
+        let parts = self.program().parts().filter(|_| core == 0);
+        let parts = parts.map(|part| (part.name.clone(), part.built.clone()));
+        zones.chain(parts).collect()
+    }
+
+    /// What a piece remembers, with all gains at 1.
+    fn put_back(
+        &mut self,
+        (name, built): &(String, Built),
+        mut memory: ZoneMemory,
+    ) -> Result<(), String> {
+        for key in 0..built.keys() {
+            if let Some(gain) = built.layout.gain(key) {
                 memory.state[gain as usize..][..4].copy_from_slice(&GAIN_ONE.to_le_bytes());
             }
         }
-        let to = self.state_of(zone)?;
+        let to = self.symbol(&format!("{name}_state"))?;
         self.write(to, &memory.state)?;
-        match self.histories_of(zone)? {
+        match self.histories_of(name, built)? {
             Some((to, _)) => self.write(to, &memory.histories),
             None => Ok(()),
         }
     }
 
-    /// Where the histories and delay lines of a zone's keys are, and how many bytes they have.
-    fn histories_of(&self, zone: &ZoneCode) -> Result<Option<(u32, u32)>, String> {
-        let name = format!("{}_histories", zone.name);
-        let mut symbols = zone.built.object.symbols.iter();
+    /// Where the histories and delay lines of a piece are, and how many bytes they have.
+    fn histories_of(&self, name: &str, built: &Built) -> Result<Option<(u32, u32)>, String> {
+        let name = format!("{name}_histories");
+        let mut symbols = built.object.symbols.iter();
         let found = symbols.find(|symbol| symbol.name == name);
         found
             .map(|symbol| Ok((self.symbol(&name)?, symbol.size)))
@@ -95,18 +110,18 @@ impl Emulated {
         Ok(true)
     }
 
-    /// What the zones of a core remember.
+    /// What the pieces of a core remember.
     fn states(&self, core: usize) -> Result<Vec<ZoneMemory>, String> {
-        let memory = |zone: &ZoneCode| {
-            let mut state = vec![0; zone.layout().size() as usize];
-            self.read(self.state_of(zone)?, &mut state)?;
+        let memory = |(name, built): &(String, Built)| {
+            let mut state = vec![0; built.layout.size() as usize];
+            self.read(self.symbol(&format!("{name}_state"))?, &mut state)?;
             let mut histories = Vec::new();
-            if let Some((at, bytes)) = self.histories_of(zone)? {
+            if let Some((at, bytes)) = self.histories_of(name, built)? {
                 histories.resize(bytes as usize, 0);
                 self.read(at, &mut histories)?;
             }
             Ok(ZoneMemory { state, histories })
         };
-        self.zones(core).iter().map(memory).collect()
+        self.pieces(core).iter().map(memory).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! The budget for programs.
 
 use serde_json::{Map, Value, json};
-use whippen_compiler::budget::{Bounded, CoreBudget, Waited, ZoneBound};
+use whippen_compiler::budget::{Bounded, CoreBudget, CutBound, Waited, ZoneBound};
 use whippen_compiler::keyboard::ZoneId;
 
 use crate::cmd::proof::{ImageProof, ProgramReport, ZoneReport};
@@ -81,6 +81,9 @@ impl ProgramReport<'_> {
             };
             core["zones"] = of.alone.zones.iter().map(zone).collect();
         }
+        if let Some(cut) = &of.alone.cut {
+            core["parts"] = parts_json(cut, &of.alone.zones);
+        }
         core
     }
 
@@ -127,6 +130,21 @@ impl ProgramReport<'_> {
         };
         self.zone(zone).modes.iter().enumerate().map(mode).collect()
     }
+}
+
+/// The parts of an instrument, the tail last.
+fn parts_json(cut: &CutBound, tail: &[ZoneBound]) -> Value {
+    let part = |role: String, core: usize, code: &ZoneBound| json!({ "part": role, "core": core, "cycles_max": code.tick.cycles_max(1) });
+    let parts = cut.parts.iter();
+    let parts = parts.map(|own| part(own.role.to_string(), own.core, &own.code));
+    let tail = tail.iter().map(|own| part("tail".to_string(), 0, own));
+    let helped = cut.helped.as_ref().map(|helped| {
+        json!({
+            "own_cycles_max": helped.own.cycles_max,
+            "helped_cycles_max": helped.helped_cycles_max(),
+        })
+    });
+    json!({ "all": parts.chain(tail).collect::<Vec<_>>(), "members": helped })
 }
 
 fn waited_json(waited: &Waited) -> Value {

@@ -156,6 +156,7 @@ impl ProgramReport<'_> {
                 100.0 * core.utilization()
             );
             self.keys_of_core(bounded, out);
+            print_parts(bounded, out);
             let _ = writeln!(
                 out,
                 "  {:>6}  around {}\n  {:>6}  waiting for {}its own fetches; \
@@ -199,6 +200,28 @@ impl ProgramReport<'_> {
             );
             let _ = writeln!(out, "  {all:>6}  keys, {key} each");
         }
+    }
+}
+
+/// The parts of an instrument, core by core, alone.
+fn print_parts(bounded: &Bounded, out: &mut String) {
+    let Some(cut) = &bounded.alone.cut else {
+        return;
+    };
+    for part in &cut.parts {
+        let (cycles, role) = (part.code.tick.cycles_max(1), part.role);
+        let _ = writeln!(out, "  {cycles:>6}  {role}, on core {}", part.core);
+    }
+    if let (_, Some(tail)) = (cut, bounded.alone.zones.first()) {
+        let _ = writeln!(out, "  {:>6}  tail, on core 0", tail.tick.cycles_max(1));
+    }
+    if let Some(helped) = &cut.helped {
+        let _ = writeln!(
+            out,
+            "  {:>6}  core 0 with its members, {} until core 1 is done with its own",
+            helped.own.cycles_max,
+            helped.helped_cycles_max()
+        );
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::firmware::FirmwareImage;
+use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
 use whippen_compiler::image::{Board, Image, Variables, executable, listing, map, uf2};
 use whippen_compiler::variables::variables;
 use whippen_runtime::files::{FileError, write_whole};
@@ -125,13 +125,18 @@ impl Files<'_> {
                 .map(|zone| (program.instrument_of(zone).index(), zone))
         });
         let described = zones.map(|(instrument, zone)| {
-            let (compiled, modes) = (
-                &setup.instruments[instrument],
-                &instruments[instrument].modes,
-            );
+            let compiled = &setup.instruments[instrument];
+            let modes = instruments[instrument].modes_of_zone();
             variables(compiled, modes, &zone.name, zone.layout())
         });
-        described.collect()
+        let parts = built.programs.iter().flat_map(ProgramCode::parts);
+        let modes = instruments.iter().filter_map(|own| own.parts.as_ref());
+        let modes = modes.flat_map(|parts| &parts.modes);
+        let parts = parts.zip(modes).map(|(part, modes)| {
+            let compiled = &setup.instruments[0];
+            variables(compiled, modes, &part.name, &part.built.layout)
+        });
+        described.chain(parts).collect()
     }
 
     /// What an image is and takes.

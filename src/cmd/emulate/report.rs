@@ -113,6 +113,7 @@ fn word(stop: &Stop) -> &'static str {
         Stop::Breakpoint { .. } | Stop::Watchpoint { .. } => "breakpoint",
         Stop::Asleep => "asleep",
         Stop::Reset => "reset",
+        Stop::Glitch { .. } => "glitch",
     }
 }
 

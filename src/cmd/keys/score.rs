@@ -79,6 +79,15 @@ impl Score {
         Err(Failure::Usage(format!("{}: {wrong}", path.display())))
     }
 
+    /// Leaves out what begins after so many ticks, which nobody heard.
+    pub fn end_at(&mut self, ticks: usize, rate_hz: u32) {
+        let end_s = ticks as f64 / f64::from(rate_hz);
+        for strokes in &mut self.strokes {
+            strokes.retain(|stroke| stroke.start_s < end_s);
+        }
+        self.ticks = ticks;
+    }
+
     /// What cannot be played, in words.
     pub fn outside(&self, keyboard: &PlayedKeyboard) -> Option<String> {
         let (first, last) = keyboard.ends();

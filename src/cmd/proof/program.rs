@@ -40,7 +40,7 @@ impl<'a> ProgramReport<'a> {
             let compiled = &setup.instruments[of.instrument.index()];
             let note = |key: u32| note_name(setup.layout.note_of(key));
             let notes = || format!("{} .. {}", note(of.keys.first), note(of.keys.end - 1));
-            let modes = &instruments[of.instrument.index()].modes;
+            let modes = instruments[of.instrument.index()].modes_of_zone();
             ZoneReport {
                 compiled,
                 of,

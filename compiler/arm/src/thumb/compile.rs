@@ -133,9 +133,15 @@ impl Compiler<'_> {
     /// Allocates registers.
     ///
     /// # Errors
-    /// There are none, or the allocator's checker objects: a bug.
+    /// More is spilled than code reaches; there are none, or the allocator's checker objects: a
+    /// bug.
     pub(super) fn allocate(&self, func: &Func) -> Result<Allocated, ThumbError> {
-        allocate(func, self.core.arch).map_err(ThumbError::Bug)
+        let code = allocate(func, self.core.arch).map_err(ThumbError::Bug)?;
+        let (slots, max) = (code.slots, self.features().stack_slots_max);
+        if slots > max {
+            return Err(ThumbError::Stack { slots, max });
+        }
+        Ok(code)
     }
 
     /// Reorders allocated code; gives the cycles of its longest path.

@@ -13,7 +13,7 @@ mod align;
 mod islands;
 
 use super::minst::{Relocation, template};
-use super::names;
+use super::{ThumbError, names};
 use crate::features::Features;
 use crate::image::{Fixup, FixupKind, Hint, LineRow, Symbol, SymbolKind};
 use whippen_isa::{Arch, Cond, Encoding, Flags, Form, Inst, Op};
@@ -65,7 +65,7 @@ pub(super) struct Bytes {
 
 /// An instruction that has no encoding, which is a bug.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NoEncoding(pub String);
+pub(super) struct NoEncoding(String);
 
 /// Turns narrow what may be, and puts conditional instructions into IT blocks. `flags` says whether
 /// the end needs them.
@@ -133,25 +133,27 @@ pub(super) fn it_inst(cond: Cond, block: &[Line]) -> Inst {
 /// Lays out items.
 ///
 /// # Errors
-/// An instruction without encoding.
+/// Branches that go too far for the core; an instruction without encoding, a bug.
 pub(super) fn assemble(
     mut items: Vec<Item>,
-    labels: usize,
+    mut labels: usize,
     arch: Arch,
     name: &str,
-) -> Result<Bytes, NoEncoding> {
+) -> Result<Bytes, ThumbError> {
+    let bug = |NoEncoding(what)| ThumbError::Bug(what);
     for item in &mut items {
         if let Item::Inst { inst, .. } | Item::Indirect { inst, .. } = item {
-            *inst = shortest_encoding(inst, arch)?;
+            *inst = shortest_encoding(inst, arch).map_err(bug)?;
         }
     }
     if !Features::of(arch).wide_branches {
-        let items = islands::insert_islands(items, labels, arch);
-        let (sizes, places) = relax_branches(&items, items.len() + labels, arch);
-        return write_bytes(&items, &sizes, &places, arch, name);
+        let bytes = initial_sizes(&items).iter().sum();
+        let all = islands::insert_islands(items, labels, arch);
+        items = all.map_err(|islands::TooFar| ThumbError::Branches { bytes })?;
+        labels += items.len();
     }
     let (sizes, places) = relax_branches(&items, labels, arch);
-    write_bytes(&items, &sizes, &places, arch, name)
+    write_bytes(&items, &sizes, &places, arch, name).map_err(bug)
 }
 
 /// Sizes of which none need grow, and where everything then is.

@@ -35,3 +35,7 @@ pub(super) const RENAME_HIGH_COST: usize = 6;
 /// Distance from a branch to its island on ARMv6-M (bytes): less than the 2 KiB that a branch
 /// reaches, because islands move the code behind them.
 pub(super) const ISLAND_DISTANCE: i64 = 1500;
+
+/// Islands take at most one part of all code by this: beyond that they push apart what they are to
+/// bring together.
+pub(super) const ISLANDS_MAX_PART: usize = 2;

@@ -50,7 +50,7 @@ impl Interference<'_> {
         if is_literal(inst) {
             return self.board.memory_at(at);
         }
-        if let Some(reach) = graph.bases.reach(inst) {
+        if let Some(reach) = graph.bases.reach(inst, at) {
             let holds = |memory: &&Memory| reach.banks & !memory.bank_set() == 0;
             let known = reach.unknown.is_none() && reach.banks != 0;
             return self.board.memory.iter().filter(|_| known).find(holds);

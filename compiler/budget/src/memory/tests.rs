@@ -1,6 +1,8 @@
 //! What is charged for addresses of a few, for buses, and for memory without a known time.
 
 use super::*;
+use crate::graph::Graph;
+use std::collections::BTreeMap;
 use whippen_board::{Bus, MemoryKind, Start};
 use whippen_isa::{Arch, ItState, decode};
 
@@ -202,4 +204,47 @@ fn an_address_of_the_stack_is_noticed_wherever_it_goes() {
     assert!(!takes(&[PUSH_LR, POP_PC]));
     assert!(takes(&[MOV_R0_SP, BX_LR]));
     assert!(takes(&[ADD_R0_SP, BX_LR]));
+}
+
+/// What is known of where R6 points, in code that begins with a call of a function right behind it.
+fn r6_points(function: &[u16], access: usize) -> bool {
+    const BL: [u16; 2] = [0xf000, 0xf802];
+    const LDR_R0_R6: u16 = 0x6830;
+    let caller = [PUSH_LR, BL[0], BL[1], LDR_R0_R6, POP_PC];
+    let words: Vec<u16> = caller.iter().chain(function).copied().collect();
+    let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let (mut code, at) = (crate::Code::default(), 0x2000_0000);
+    code.add(at, bytes);
+    let query = crate::Query {
+        core: &whippen_isa::timing::Core::cortex_m33(),
+        code: &code,
+        entry: at,
+        annotations: &crate::Annotations::default(),
+        interference: None,
+    };
+    let graph = Graph::build(&query, &crate::graph::Tables::default()).expect("a graph");
+    let bases = Bases::of(&BTreeMap::from([(6, reach(1))]), &graph);
+    let inst = decode(LDR_R0_R6, 0, Arch::V8M, ItState::OUTSIDE).expect("an instruction");
+    bases.reach(&inst, at + 2 * access as u32).is_some()
+}
+
+/// What a function saves first and takes back at its end points where it did, outside of it.
+#[test]
+fn a_register_that_a_function_gives_back_points_where_it_did() {
+    const PUSH_R6_LR: u16 = 0xb540;
+    const PUSH_R5_R6_LR: u16 = 0xb560;
+    const POP_R6_PC: u16 = 0xbd40;
+    const MOV_R6_R1: u16 = 0x460e;
+    const ADD_SP_4: u16 = 0xb001;
+    let [outside, inside] = [3, 6];
+    let kept = [PUSH_R6_LR, MOV_R6_R1, POP_R6_PC];
+    assert!(r6_points(&kept, outside));
+    assert!(!r6_points(&kept, inside));
+    assert!(!r6_points(&[PUSH_LR, MOV_R6_R1, POP_PC], outside));
+    assert!(!r6_points(&[MOV_R6_R1, BX_LR], outside));
+    let above = [PUSH_R5_R6_LR, MOV_R6_R1, ADD_SP_4, POP_R6_PC];
+    assert!(r6_points(&above, outside));
+    let other = [PUSH_R6_LR, MOV_R6_R1, ADD_SP_4, POP_PC];
+    assert!(!r6_points(&other, outside));
+    assert!(r6_points(&[NOP, BX_LR], outside) && r6_points(&[NOP, BX_LR], 5));
 }

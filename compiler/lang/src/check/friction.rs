@@ -281,15 +281,8 @@ impl<'a> Elaborator<'a, '_> {
         let taken = dag.add(Node::Sub(free, slip));
         let taken = dag.add(Node::Max(taken, low));
         let taken = dag.add(Node::Min(taken, high));
-        let force = match on {
-            RubbedBy::Body(index) => {
-                let per_tick = dag.constant(self.model.rate_hz.into());
-                let inertia = self.bodies[index].inertia?;
-                let change = dag.add_folded(Node::Mul(inertia, per_tick));
-                dag.add_folded(Node::Mul(taken, change))
-            }
-            RubbedBy::Strand(_) => dag.add_folded(Node::Div(taken, gain)),
-        };
+        let force = self.force_of(on, taken)?;
+        let dag = &mut self.model.dag;
         // A friction that gives no force forgets its slip. Where it slips fast it may give none
         // that integers can hold, and would still hold what comes to rest.
         let forward = dag.add(Node::Compare(Cmp::Gt, taken, zero));
@@ -304,6 +297,19 @@ impl<'a> Elaborator<'a, '_> {
         self.next_spans.push(rubbed.name.span);
         self.rubs(on, taken, last, span)?;
         Some((slip, force))
+    }
+
+    /// The force that takes so much off the slip.
+    fn force_of(&mut self, on: RubbedBy, taken: NodeId) -> Option<NodeId> {
+        let index = match on {
+            RubbedBy::Strand(id) => return self.force_of_string(id, taken),
+            RubbedBy::Body(index) => index,
+        };
+        let inertia = self.bodies[index].inertia?;
+        let dag = &mut self.model.dag;
+        let per_tick = dag.constant(self.model.rate_hz.into());
+        let change = dag.add_folded(Node::Mul(inertia, per_tick));
+        Some(dag.add_folded(Node::Mul(taken, change)))
     }
 
     /// What a force changes the slip by.

@@ -348,14 +348,38 @@ pub fn slip_by_force(
     [density, damping, place]: [NodeId; 3],
 ) -> NodeId {
     let m = &mut Maker(dag);
-    let left = left(m, damping, density, rate_hz);
     let spread = m.0.add(Node::Spread(id, place));
+    let scale = slip_of_points(m, id, rate_hz, [density, damping]);
+    m.mul(scale, spread)
+}
+
+/// The same but for how the weights at the place spread: `A k/(2 rho h)`.
+fn slip_of_points(
+    m: &mut Maker,
+    id: StrandId,
+    rate_hz: f64,
+    [density, damping]: [NodeId; 2],
+) -> NodeId {
+    let left = left(m, damping, density, rate_hz);
     let half = m.constant(0.5 / rate_hz);
     let per_metre = m.number(id, GridNumber::PerMetre);
     let scale = m.mul(half, per_metre);
     let scale = m.div(scale, density);
-    let scale = m.mul(left, scale);
-    m.mul(scale, spread)
+    m.mul(left, scale)
+}
+
+/// The force that takes so much off that slip: `D/|I|^2` over the rest, which is all that moves it.
+pub fn force_of_slip(
+    dag: &mut Dag,
+    id: StrandId,
+    rate_hz: f64,
+    [taken, density, damping, place]: [NodeId; 4],
+) -> NodeId {
+    let m = &mut Maker(dag);
+    let spread = m.0.add(Node::Spread(id, place));
+    let scale = slip_of_points(m, id, rate_hz, [density, damping]);
+    let own = m.div(taken, spread);
+    m.div(own, scale)
 }
 
 /// What takes so much off that slip, in the way of a string in a tick: `-2 k D/|I|^2`.

@@ -18,7 +18,7 @@ pub(super) struct Rewriter<'a> {
     pub(super) dag: Dag,
     intervals: IdMap<NodeId, Interval>,
     /// Whether a value depends on live parameters and constants alone.
-    common: IdMap<NodeId, bool>,
+    pub(super) common: IdMap<NodeId, bool>,
     spans: IdMap<NodeId, Option<Span>>,
     within: IdMap<NodeId, Option<u32>>,
     /// Sums of several terms with several users: computed once, not unfolded into their users.
@@ -236,7 +236,7 @@ impl<'a> Rewriter<'a> {
     }
 
     /// `c * x` as coefficient and value, where `id` is that.
-    fn scaled(&self, id: NodeId) -> (f64, NodeId) {
+    pub(super) fn scaled(&self, id: NodeId) -> (f64, NodeId) {
         match self.dag.get(id) {
             Node::Linear(c0, terms) if c0.0 == 0.0 && terms.len() == 1 => {
                 (terms[0].0.0, terms[0].1)
@@ -264,7 +264,7 @@ impl<'a> Rewriter<'a> {
             let sum = self.sum_of(a).scaled(1.0 / c);
             return self.linear(sum);
         }
-        if let Some(reciprocal) = self.chosen_reciprocal(b) {
+        if let Some(reciprocal) = self.reciprocal(b) {
             return self.mul(a, reciprocal);
         }
         if self.common[b] && !self.common[a] {

@@ -12,6 +12,7 @@ int main(void)
     put("guarded\n");
     while (REG(UART + 0x18) & 8)
         ;
+    REG(PSM + 8) = WATCHED; /* WDSEL */
     REG(WATCHDOG + 4) = 100 * COUNTS_PER_US;
     REG(WATCHDOG) = 1u << 30;
     for (int i = 0; i < 3; i++) {

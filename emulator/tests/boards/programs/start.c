@@ -28,19 +28,25 @@ static void clocks(void)
         ;
     REG(PLL + 0xc) = 5 << 16 | 2 << 12;
     REG(PLL + CLEAR + 4) = 8;
+    REG(CLOCKS + CLEAR + 0x3c) = 1;
+    while (!(REG(CLOCKS + 0x44) & 1))
+        ;
+    REG(CLOCKS + 0x34) = CLOCK_UNDIVIDED;
     REG(CLOCKS + 0x30) = 2;
     while (!(REG(CLOCKS + 0x38) & 4))
         ;
-    REG(CLOCKS + 0x3c) = 0;
+    REG(CLOCKS + CLEAR + 0x3c) = 7 << 5;
     REG(CLOCKS + SET + 0x3c) = 1;
     while (!(REG(CLOCKS + 0x44) & 2))
         ;
     REG(CLOCKS + 0x48) = 1 << 11;
 #ifdef RP2350
-    REG(TICKS + 0x1c) = 12; /* TIMER0: CYCLES, then CTRL */
-    REG(TICKS + 0x18) = 1;
-    while (!(REG(TICKS + 0x18) & 2))
-        ;
+    for (unsigned i = 0; i < 6; i++) { /* CYCLES, then CTRL */
+        REG(TICKS + 12 * i + 4) = 12;
+        REG(TICKS + 12 * i) = 1;
+        while (!(REG(TICKS + 12 * i) & 2))
+            ;
+    }
 #else
     REG(WATCHDOG + 0x2c) = 1 << 9 | 12;
 #endif

@@ -150,6 +150,10 @@ fn reason(debuggee: &mut Debuggee, stop: Stop) -> Option<StopReason> {
             std::thread::sleep(Duration::from_millis(5));
             None
         }
+        Stop::Glitch { .. } => {
+            tell!("{stop}");
+            signal(0, Signal::SIGSYS)
+        }
         Stop::Reset => {
             debuggee.machine.reset();
             None

@@ -4,7 +4,7 @@ use super::super::elaborate::Elaborator;
 use super::super::friction::Rubbed;
 use super::super::scope::ScopeId;
 use super::super::types::Value;
-use crate::model::strand::{push_of_slip, slip_by_force};
+use crate::model::strand::{force_of_slip, push_of_slip, slip_by_force};
 use crate::model::{CellId, Node, NodeId, Push, Rub, StrandId};
 use crate::syntax::ast::{Expr, StringPart};
 use crate::units::Dim;
@@ -61,6 +61,15 @@ impl<'a> Elaborator<'a, '_> {
         let of = [strand.density, strand.loads[2], place];
         let rate_hz = self.model.rate_hz.into();
         Some(slip_by_force(&mut self.model.dag, id, rate_hz, of))
+    }
+
+    /// The force that takes so much off the slip.
+    pub fn force_of_string(&mut self, id: StrandId, taken: NodeId) -> Option<NodeId> {
+        let place = self.strands[id].rubbed_at?;
+        let strand = &self.model.strands[id];
+        let of = [taken, strand.density, strand.loads[2], place];
+        let rate_hz = self.model.rate_hz.into();
+        Some(force_of_slip(&mut self.model.dag, id, rate_hz, of))
     }
 
     /// Gives a string its friction: name, what it takes off the slip, its memory, its line.

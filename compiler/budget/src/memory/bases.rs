@@ -1,0 +1,121 @@
+//! Registers that point into known memory: where accesses through them go.
+//!
+//! A register is one as long as nothing moves it but by constants. A function that saves it where
+//! it begins, and takes it back where it returns, may do with it what it likes: outside it points
+//! where it did, inside nothing is known of it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use whippen_arm::stack::{loaded_slot, moved, stored_slot};
+use whippen_isa::{Class, Inst, Op};
+
+use super::Reach;
+use super::access::{is_by_register, is_literal};
+use crate::graph::{ContextId, Control, Graph};
+
+/// Where accesses through registers go.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Bases(BTreeMap<u8, Base>);
+
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+struct Base {
+    reach: Reach,
+    /// The instructions of functions that save and restore it.
+    inside: BTreeSet<u32>,
+}
+
+impl Bases {
+    /// Of the registers that are said to point into known memory, those that nothing in a graph
+    /// moves but by constants, or that is undone.
+    pub fn of(said: &BTreeMap<u8, Reach>, graph: &Graph) -> Self {
+        let base = |(register, reach): (&u8, &Reach)| {
+            let base = Base {
+                reach: reach.clone(),
+                inside: inside(graph, *register)?,
+            };
+            Some((*register, base))
+        };
+        Self(said.iter().filter_map(base).collect())
+    }
+
+    /// Where an access by a register and a constant goes.
+    pub fn reach(&self, inst: &Inst, at: u32) -> Option<&Reach> {
+        let by_constant = !is_by_register(inst) && !is_literal(inst);
+        let base = self.0.get(&inst.n).filter(|_| by_constant)?;
+        (!base.inside.contains(&at)).then_some(&base.reach)
+    }
+}
+
+/// The instructions of functions that move a register and bring it back; none where something
+/// else moves it.
+fn inside(graph: &Graph, register: u8) -> Option<BTreeSet<u32>> {
+    let moves =
+        |inst: &Inst| inst.defs().core_bits() >> register & 1 != 0 && !steps(inst, register);
+    let blocks = graph.blocks.iter();
+    let moving = blocks.filter(|block| block.items.iter().any(|item| moves(&item.inst)));
+    let moving: BTreeSet<ContextId> = moving.map(|block| block.context).collect();
+    let mut keepers = BTreeSet::new();
+    for context in moving {
+        keepers.insert(keeper(graph, context, register)?);
+    }
+    let is_inside = |context| callers(graph, context).any(|caller| keepers.contains(&caller));
+    let blocks = graph.blocks.iter().filter(|block| is_inside(block.context));
+    let items = blocks.flat_map(|block| &block.items);
+    Some(items.map(|item| item.address).collect())
+}
+
+/// The function that keeps a register for its caller: this one, or one that led to it.
+fn keeper(graph: &Graph, context: ContextId, register: u8) -> Option<ContextId> {
+    callers(graph, context).find(|caller| keeps(graph, *caller, register))
+}
+
+/// A context and those that led to it.
+fn callers(graph: &Graph, context: ContextId) -> impl Iterator<Item = ContextId> {
+    std::iter::successors(Some(context), |context| graph.contexts[*context].caller)
+}
+
+/// Whether a function that is called saves a register with its first instruction, and every return
+/// takes it from there. That a return finds the stack pointer of the entry is checked for all
+/// (`stack`), and that nobody else writes to the slot is the calling convention.
+fn keeps(graph: &Graph, context: ContextId, register: u8) -> bool {
+    let entered = graph.contexts[context];
+    if entered.caller.is_none() {
+        return false;
+    }
+    let own = || graph.blocks.iter().filter(|block| block.context == context);
+    let entry = own().find(|block| block.address() == entered.callee & !1);
+    let first = entry.and_then(|block| block.items.first());
+    let saved = first
+        .filter(|item| !item.inst.is_conditional())
+        .and_then(|item| stored_slot(&item.inst, 0, register));
+    let back = |inst: &Inst| {
+        let by = moved(inst).filter(|_| !inst.is_conditional())?;
+        loaded_slot(inst, -by, register)
+    };
+    let mut returns = own()
+        .flat_map(|block| &block.items)
+        .filter(|item| item.control == Control::Return)
+        .peekable();
+    saved.is_some() && returns.peek().is_some() && returns.all(|item| back(&item.inst) == saved)
+}
+
+/// Instructions that add a constant to a register, or take it away.
+const STEPS: [Op; 4] = [
+    Op::ADD_immediate,
+    Op::SUB_immediate,
+    Op::ADD_SP_plus_immediate,
+    Op::SUB_SP_minus_immediate,
+];
+
+/// Whether an instruction that writes a register leaves there what was there, some constant
+/// further.
+pub(super) fn steps(inst: &Inst, register: u8) -> bool {
+    match inst.class() {
+        Class::Load | Class::LoadDual => {
+            inst.wback && inst.n == register && inst.t != register && inst.t2 != register
+        }
+        Class::LoadMultiple => inst.n == register && inst.imm >> register & 1 == 0,
+        Class::Store | Class::StoreDual | Class::StoreMultiple => inst.n == register,
+        _ => STEPS.contains(&inst.op()) && inst.n == register,
+    }
+}

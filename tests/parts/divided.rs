@@ -1,0 +1,74 @@
+//! Which core runs what changes no bit; and what there is against a core that is late.
+
+use whippen_compiler::firmware::{POLL, Role, WAIT, core_block};
+use whippen_compiler::pipeline::Compiled;
+use whippen_emulator::BoardKind;
+
+use crate::rig::{Image, Rig};
+use crate::{WEIGHTS, compiled};
+
+/// Ticks per second at which an RP2350 has time for the weights.
+const FAST_HZ: u32 = 22_050;
+
+/// Rows of sensor words for so many ticks.
+fn rows(ticks: usize) -> impl Iterator<Item = Vec<u16>> {
+    let word =
+        |tick: usize, period: f64| (32_000.0 + 25_000.0 * (tick as f64 / period).sin()) as u16;
+    (0..ticks).map(move |tick| vec![word(tick, 60.0), word(tick, 95.0)])
+}
+
+fn played(image: &Image, changed: &[(u32, [u16; 2])]) -> Vec<Vec<i16>> {
+    Rig::new(image, changed).play(rows(150))
+}
+
+fn weights() -> Compiled {
+    compiled(WEIGHTS, FAST_HZ)
+}
+
+#[test]
+fn every_division_gives_the_same_words() {
+    let compiled = weights();
+    let mut first: Option<Vec<Vec<i16>>> = None;
+    for chosen in [0, 7, 6, 1_usize] {
+        // Head, three members, tail.
+        let division = [0, chosen & 1, chosen >> 1 & 1, chosen >> 2, 0];
+        let image = Image::divided(&compiled, BoardKind::Rp2350, &division);
+        let roles = image.built.cut().expect("parts").parts.iter();
+        let roles: Vec<Role> = roles.map(|part| part.role).collect();
+        assert_eq!(roles[0], Role::Head);
+        let words = played(&image, &[]);
+        assert!(words.iter().flatten().filter(|word| **word != 0).count() > 100);
+        match &first {
+            None => first = Some(words),
+            Some(first) => assert!(*first == words, "{division:?}"),
+        }
+    }
+}
+
+/// Two members are core 1's, so that it is the slower one.
+fn slow_helper() -> Image {
+    Image::divided(&weights(), BoardKind::Rp2350, &[0, 0, 1, 1, 0])
+}
+
+/// Without the wait the tail takes words of the tick before: what the wait is for.
+#[test]
+fn a_core_that_does_not_wait_is_noticed() {
+    let image = slow_helper();
+    // cmp r2, r1 becomes cmp r1, r1.
+    let at = image.symbol(WAIT) + 2;
+    let [waits, does_not] = [
+        played(&image, &[]),
+        played(&image, &[(at, [0x428a, 0x4289])]),
+    ];
+    assert!(waits != does_not);
+}
+
+/// Core 1 stays where it looks for a number: no force, and every tick counts as missed.
+#[test]
+fn a_core_that_never_comes_is_given_up() {
+    let image = slow_helper();
+    let mut rig = Rig::new(&image, &[(image.symbol(POLL[1]) + 4, [0xd0fc, 0xe7fe])]);
+    let words = rig.play(rows(60));
+    assert!(words.iter().flatten().all(|word| *word == 0));
+    assert!(rig.block(core_block::MISSED) > 20);
+}

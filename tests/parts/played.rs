@@ -1,0 +1,128 @@
+//! Boards that play an instrument in parts: every drive word and event is the interpreter's, and no
+//! frame is longer than its bound.
+
+use std::process::Command;
+
+use whippen_compiler::kernel::random::Rng;
+use whippen_compiler::pipeline::Compiled;
+use whippen_emulator::BoardKind;
+use whippen_runtime::device::Device;
+use whippen_runtime::engine::{Engine, EngineKind};
+
+use crate::rig::{Image, words_of};
+use crate::{SLOW_HZ, SOUND_HZ, STRINGS, WEIGHTS, compiled};
+
+/// Ticks of each, where the environment does not say (`WHIPPEN_TICKS=N`).
+const TICKS: usize = 200;
+
+fn ticks() -> usize {
+    let wanted = std::env::var("WHIPPEN_TICKS").ok();
+    wanted.and_then(|text| text.parse().ok()).unwrap_or(TICKS)
+}
+
+/// Plays the reference and the board; gives the longest frame and its bound.
+fn compare(compiled: &Compiled, board: BoardKind) -> [u64; 2] {
+    let device = Device::of(&compiled.model);
+    let name = format!("{} on {}", compiled.model.name, board.name());
+    let mut engines = [EngineKind::Interp, EngineKind::Emulated(board.into())].map(|kind| {
+        Engine::new(kind, compiled, &device, 1).unwrap_or_else(|error| panic!("{name}: {error}"))
+    });
+    let [ins, outs] = words_of(compiled);
+    let mut rng = Rng::new(7);
+    let mut row = vec![30_000_u16; ins];
+    let (mut says, mut happened) = (0, 0);
+    for tick in 0..ticks() {
+        // A hand that goes to and fro, and jumps at times.
+        for (port, word) in row.iter_mut().enumerate() {
+            let to = 32_000.0 + 20_000.0 * (tick as f64 / (90.0 + 40.0 * port as f64)).sin();
+            *word = if rng.chance(1, 400) {
+                rng.next() as u16
+            } else {
+                to as u16
+            };
+        }
+        let [reference, played] = engines.each_mut().map(|engine| {
+            let mut drive = vec![0_i16; outs];
+            if tick == 0 {
+                engine.start(&row);
+            }
+            engine.tick(&row, &mut drive);
+            (drive, engine.drain())
+        });
+        let trouble = engines[1].board().and_then(|board| board.trouble());
+        assert_eq!(trouble, None, "{name}: tick {tick}");
+        assert_eq!(played, reference, "{name}: tick {tick}");
+        says += reference.0.iter().filter(|word| **word != 0).count();
+        happened += reference.1.len();
+    }
+    assert!(says > ticks() / 4, "{name}: {says} words say something");
+    let emits = !compiled.lowered.kernel.events.is_empty();
+    assert!(happened > 0 || !emits, "{name}: {happened} events");
+    let load = engines[1].board().expect("a board").load();
+    let image = Image::of(compiled, board);
+    let bound = image.bounded();
+    let [found, most] = [load.cores[0].frame_cycles_max, bound.contended.cycles_max];
+    assert!(found <= most, "{name}: {found}, bound {most}");
+    [found, most]
+}
+
+#[test]
+fn strings_in_parts_play_what_the_whole_plays() {
+    let compiled = compiled(STRINGS, SLOW_HZ);
+    for board in [BoardKind::Rp2350, BoardKind::Stm32f4] {
+        let image = Image::of(&compiled, board);
+        let cut = image.built.cut().expect("four members");
+        assert_eq!(cut.parts.len(), 5);
+        assert_eq!(cut.has_helper(), board != BoardKind::Stm32f4);
+        println!("{} {:?}", board.name(), compare(&compiled, board));
+    }
+}
+
+/// The goal: four bowed strings in a tick of 44.1 kHz.
+#[test]
+fn four_strings_are_in_time_at_the_rate_of_sound() {
+    let [found, most] = compare(&compiled(STRINGS, SOUND_HZ), BoardKind::Rp2350);
+    println!("{found}, at most {most}");
+    assert!(most <= u64::from(150_000_000 / SOUND_HZ), "{most}");
+}
+
+#[test]
+fn weights_in_parts_play_what_the_whole_plays() {
+    let compiled = compiled(WEIGHTS, SLOW_HZ);
+    for board in [BoardKind::Rp2350, BoardKind::Rp2040, BoardKind::Stm32f4] {
+        let image = Image::of(&compiled, board);
+        assert_eq!(image.built.cut().expect("three members").parts.len(), 4);
+        println!("{} {:?}", board.name(), compare(&compiled, board));
+    }
+}
+
+/// What is heard is the tail's, and the file is the interpreter's.
+#[test]
+fn strings_in_parts_are_heard_as_the_whole_is() {
+    let folder = std::env::temp_dir().join(format!("whippen-parts-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let program = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/programs/bowed_strings.whip"
+    );
+    let rate = SLOW_HZ.to_string();
+    let heard = |name: &str, engine: &[&str]| {
+        let file = folder.join(name);
+        let output = Command::new(env!("CARGO_BIN_EXE_whippen"))
+            .args(["run", program, "--seconds", "150ms", "--tick-rate", &rate])
+            .args(engine)
+            .arg("--out")
+            .arg(&file)
+            .output();
+        let output = output.expect("runs");
+        assert!(output.status.success(), "{output:?}");
+        std::fs::read(&file).expect("a file")
+    };
+    let whole = heard("whole.wav", &["--engine", "interp"]);
+    assert!(whole.iter().filter(|byte| **byte != 0).count() > 1000);
+    for board in ["rp2350", "stm32f4"] {
+        let engine = ["--engine", "emulated", "--board", board];
+        assert!(whole == heard("parts.wav", &engine), "{board}");
+    }
+    std::fs::remove_dir_all(&folder).expect("the folder");
+}
