@@ -89,6 +89,9 @@ pub struct MotionOptions {
     pub turns: bool,
     /// Corner of a low-pass filter without delay (Hz), below half the rate of the file.
     pub lowpass_hz: Option<f64>,
+    /// How far bare readings must move before the key does, in their own unit: half the width of a
+    /// dead band in front of the calibration, where noise is as large as it looks; 0 for none.
+    pub dead_band: f64,
 }
 
 /// Positions of a key at the tick rate, and how they came about.
@@ -295,7 +298,7 @@ fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
                 ));
             }
             let calibration = calibration.as_deref().map(Calibration::load).transpose()?;
-            let raw = raw::read(path, *column, calibration.as_ref(), ROWS_MAX)?;
+            let raw = raw::read(path, *column, calibration.as_ref(), options.dead_band)?;
             let unit = if options.turns { "radians" } else { "metres" };
             let taken = calibration
                 .is_none()

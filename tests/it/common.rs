@@ -155,7 +155,7 @@ pub fn recording() -> Option<Vec<f64>> {
             dip_m: 10e-3,
         }),
         lowpass_hz: Some(200.0),
-        turns: false,
+        ..MotionOptions::default()
     };
     let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ)
         .unwrap_or_else(|e| panic!("{e}"));

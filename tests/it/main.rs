@@ -41,6 +41,7 @@ mod played;
 mod player;
 mod ports;
 mod presets;
+mod quiet;
 mod random_programs;
 mod readme;
 mod reference;
