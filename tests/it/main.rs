@@ -23,6 +23,7 @@ mod friction;
 mod functions;
 mod grammar;
 mod ideal;
+mod import;
 mod keyboard;
 mod language;
 mod library;
