@@ -239,8 +239,8 @@ fn motion(bytes: &[u8]) -> Result<(), String> {
             &MotionOptions {
                 layout,
                 stops,
-                turns: false,
                 lowpass_hz,
+                ..MotionOptions::default()
             },
             44_100,
         ) && motion.positions.to_vec().iter().any(|x| !x.is_finite())

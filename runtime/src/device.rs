@@ -18,6 +18,7 @@
 mod file;
 mod matching;
 mod mechanics;
+mod noise;
 mod port;
 mod port_file;
 
@@ -133,6 +134,16 @@ impl Device {
         self.port().drive()
     }
 
+    /// The same with noise of this size (SI, root of the mean square) in the first sensor.
+    #[must_use]
+    pub fn with_noise(&self, rms: f64) -> Device {
+        let mut device = self.clone();
+        if let Some(port) = device.ports.first_mut() {
+            port.sensor.noise_rms = (rms > 0.0).then_some(rms);
+        }
+        device
+    }
+
     /// Whether the [first port](Device::port) turns (rad, N*m); otherwise it slides (m, N).
     pub fn turns(&self) -> bool {
         self.port().turns()
@@ -187,6 +198,7 @@ mod tests {
                 delay_samples: 1.0,
                 update_hz: None,
                 step: None,
+                noise_rms: None,
             }
         );
         assert_eq!(

@@ -409,7 +409,11 @@ impl<'a> Group<'a> {
         let (t_s, senses) = (tick as f64 / f64::from(model.rate_hz), model.senses.len());
         for (key, follower) in self.followers.iter_mut().enumerate() {
             let position_m = follower.at(t_s);
-            let word = self.device.word_of_position(position_m).0;
+            let read_m = self
+                .device
+                .port()
+                .read(self.logs[key].index, tick, position_m);
+            let word = self.device.word_of_position(read_m).0;
             self.words[key * senses..(key + 1) * senses].fill(word);
             let outside = model
                 .senses

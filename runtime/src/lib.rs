@@ -37,6 +37,7 @@ pub mod points;
 pub mod preset;
 pub mod record;
 pub mod report;
+pub mod resting;
 pub mod ringing;
 pub mod session;
 pub mod sound;

@@ -196,7 +196,7 @@ pub fn play(
     let (mut drive, mut slices) = ([0], Vec::with_capacity(SLICES));
     let length = positions.len().div_ceil(SLICES).max(1);
     for (tick, x) in positions.iter().enumerate() {
-        words.fill(device.word_of_position(*x).0);
+        words.fill(device.word_of_position(device.port().read(0, tick, *x)).0);
         if tick == 0 {
             engine.start(&words);
         }

@@ -91,7 +91,8 @@ fn once(args: &Args) -> Outcome {
         let rings = ringing::warnings(&model, &device);
         load::report(form, &map, &rings, Severity::Note);
         if args.json {
-            args.numbers.then(|| say!("{}", json::numbers(&compiled)));
+            args.numbers
+                .then(|| say!("{}", json::numbers(&compiled, &device)));
         } else if args.numbers {
             say::whole(&numbers::report(&compiled, &device).to_string());
         } else {

@@ -6,7 +6,8 @@ use whippen_compiler::lower::OverTime;
 use whippen_compiler::model::Sense;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::{SourceMap, Span};
-use whippen_runtime::session;
+use whippen_runtime::device::Device;
+use whippen_runtime::{resting, session};
 
 use super::numbers;
 
@@ -71,7 +72,7 @@ fn kept(row: &numbers::Kept) -> Value {
 }
 
 /// What `check --numbers` prints as a table.
-pub fn numbers(compiled: &Compiled) -> Value {
+pub fn numbers(compiled: &Compiled, device: &Device) -> Value {
     let values = compiled.lowered.exports.iter().filter(|e| e.dim.is_some()).map(|e| {
         json!({
             "name": e.name, "unit": session::unit(&compiled.model, e), "low": e.range.low, "high": e.range.high,
@@ -79,6 +80,12 @@ pub fn numbers(compiled: &Compiled) -> Value {
         })
     });
     let sense = |s: &Sense| json!({ "name": s.name, "window_ticks": s.window, "lag_ticks": (s.window - 1) / 2 });
+    let noise = resting::noise(compiled, device).ok().flatten().map(|noise| {
+        json!({
+            "sensor_rms": noise.sensor_rms, "stated": noise.is_stated, "force_rms": noise.force_rms,
+            "terms": noise.terms.iter().map(|(name, rms)| json!({ "name": name, "rms": rms })).collect::<Vec<_>>(),
+        })
+    });
     json!({
         "kind": "numbers",
         "instrument": compiled.model.name,
@@ -86,6 +93,7 @@ pub fn numbers(compiled: &Compiled) -> Value {
         "values": values.collect::<Vec<_>>(),
         "kept": numbers::kept(compiled).iter().map(kept).collect::<Vec<_>>(),
         "clamps": compiled.lowered.clamps,
+        "noise_at_rest": noise,
         "senses": compiled.model.senses.iter().map(sense).collect::<Vec<_>>(),
     })
 }

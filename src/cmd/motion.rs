@@ -44,6 +44,10 @@ pub struct MotionArgs {
     /// Dip of the modelled key
     #[arg(long, value_name = "LENGTH", requires = "full", value_parser = option::length, default_value = "10mm")]
     dip: f64,
+    /// How far readings must move before the key does, in their own unit, such as 0.0002: a dead
+    /// band in front of the calibration, against noise that a flat sensor makes large
+    #[arg(long, value_name = "READING", requires = "rate", value_parser = option::reading, default_value_t = 0.0, hide_default_value = true)]
+    deadband: f64,
     /// Low-pass filter without delay, against noise of the recording
     #[arg(long, value_name = "FREQUENCY", requires = "motion", value_parser = option::frequency)]
     lowpass: Option<f64>,
@@ -126,6 +130,8 @@ impl MotionArgs {
             stops,
             turns,
             lowpass_hz: self.lowpass,
+            dead_band: self.deadband,
+            ..MotionOptions::default()
         };
         let motion = motion::load(path, &options, tick_rate_hz)
             .map_err(|e| Failure::Usage(e.to_string()))?;

@@ -6,7 +6,7 @@ use whippen_compiler::lower::OverTime;
 use whippen_compiler::model::Sense;
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
-use whippen_runtime::session;
+use whippen_runtime::{resting, session};
 
 use super::strings;
 
@@ -21,6 +21,9 @@ pub fn report(compiled: &Compiled, device: &Device) -> String {
     }
     for sense in &compiled.model.senses {
         differentiators(&mut out, compiled, sense, device);
+    }
+    if let Ok(Some(noise)) = resting::noise(compiled, device) {
+        let _ = writeln!(out, "  {}", noise.told(compiled.model.turns()));
     }
     out
 }

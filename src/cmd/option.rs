@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use whippen_compiler::check::tick_rate;
 use whippen_compiler::units::{Dim, Quantity, parse_quantity};
+use whippen_runtime::device::Device;
 
 /// What `--tick-rate` is for.
 pub const TICK_RATE: &str =
@@ -86,6 +87,13 @@ pub fn length(text: &str) -> Result<f64, String> {
     quantity(text, Dim::LENGTH, "a length, such as 12.7mm")
 }
 
+/// A number of the unit in which a recording has its readings, not below zero.
+pub fn reading(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok();
+    let possible = number.filter(|number: &f64| *number >= 0.0 && number.is_finite());
+    possible.ok_or_else(|| "wanted is a number of readings, such as 0.0002".to_string())
+}
+
 /// A speed above zero; a plain number is in m/s.
 pub fn speed(text: &str) -> Result<f64, String> {
     positive(text, Dim::SPEED, "a speed, such as 5mm/s")
@@ -99,6 +107,46 @@ pub fn frequency(text: &str) -> Result<f64, String> {
 /// A time; a plain number is in seconds.
 pub fn seconds(text: &str) -> Result<f64, String> {
     positive(text, Dim::TIME, "a time, such as 10s")
+}
+
+/// `--noise`: of a sensor, a length or an angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    rms: f64,
+    dim: Dim,
+}
+
+/// A length or an angle, not below zero.
+pub fn noise(text: &str) -> Result<Noise, String> {
+    let noise = [Dim::LENGTH, Dim::NUMBER].into_iter().find_map(|dim| {
+        let rms = quantity(text, dim, "").ok()?;
+        Some(Noise { rms, dim })
+    });
+    let possible = noise.filter(|noise| noise.rms >= 0.0 && noise.rms.is_finite());
+    possible.ok_or_else(|| "not a length or an angle, such as 1um or 0.005deg".to_string())
+}
+
+impl Noise {
+    /// A device whose sensor has this noise.
+    pub fn of(self, device: &Device) -> Result<Device, String> {
+        if device.ports.len() > 1 {
+            let why = "--noise is of a key's one sensor; of several, each states its own";
+            return Err(format!(
+                "{why} in the device's file, `noise` of its `sensor`"
+            ));
+        }
+        let (wanted, measures) = match device.turns() {
+            true => (Dim::NUMBER, "an angle, such as 0.005deg"),
+            false => (Dim::LENGTH, "a length, such as 1um"),
+        };
+        match self.dim == wanted {
+            true => Ok(device.with_noise(self.rms)),
+            false => Err(format!(
+                "--noise: the sensor of `{}` measures {measures}",
+                device.name
+            )),
+        }
+    }
 }
 
 /// A quantity above zero; a plain number is in SI.

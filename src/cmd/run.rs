@@ -68,6 +68,10 @@ pub struct Args {
     set_json: Vec<String>,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP, help_heading = "The instrument")]
     device: Option<OsString>,
+    /// What the sensor adds to each reading, normal and white, as root of the mean square: 1um, or
+    /// 0.005deg of what turns; what the device states otherwise
+    #[arg(long, value_name = "LENGTH|ANGLE", value_parser = option::noise, help_heading = "The instrument")]
+    noise: Option<option::Noise>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE, help_heading = "The instrument")]
     tick_rate: Option<u32>,
     /// Stop after so long
@@ -96,6 +100,13 @@ impl Args {
             .chain(device::file(self.device.as_deref()))
             .chain(self.settings.files())
             .collect()
+    }
+
+    /// The device with the noise that is asked for.
+    fn with_noise(&self, device: Device) -> Result<Device, Failure> {
+        let noisy = self.noise.map(|noise| noise.of(&device));
+        let noisy = noisy.transpose().map_err(Failure::Usage)?;
+        Ok(noisy.unwrap_or(device))
     }
 
     /// A board keeps no values from inside of ticks: no figure can be drawn of it, and nothing but
@@ -141,6 +152,7 @@ fn run_once(args: &Args) -> Outcome {
         sets: [args.settings.all()?, of_json].concat(),
         in_si,
         rate_hz: args.tick_rate,
+        ..Options::default()
     };
     let (map, program) = load::checked(sources, &options, Severity::Warning)?;
     let engine = args.on_board.engine(args.engine, &program);
@@ -157,6 +169,7 @@ fn run_once(args: &Args) -> Outcome {
     };
     let first = keys::first_instrument(&program, name, &args.keys)?;
     let device = load::device(args.device.as_deref(), &map, &program, first)?;
+    let device = args.with_noise(device)?;
     let setup = Setup {
         map: &map,
         program: &program,
@@ -187,6 +200,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     let (program, engine) = (checked.program, checked.engine);
     let model = load::one_key(program, name, args.keys.key)?;
     let device = load::device(args.device.as_deref(), checked.map, program, &model)?;
+    let device = args.with_noise(device)?;
     for note in device::unmeasured(&device, &model) {
         tell!("note: {note}");
     }

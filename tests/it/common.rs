@@ -76,9 +76,10 @@ pub fn played_once() -> Vec<String> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 10] = [
+pub const PROGRAMS: [(&str, &str); 11] = [
     ("bank.whip", include_str!("../programs/bank.whip")),
     ("functions.whip", include_str!("../programs/functions.whip")),
+    ("tables.whip", include_str!("../programs/tables.whip")),
     (
         "two-axis-spring.whip",
         include_str!("../programs/two-axis-spring.whip"),
@@ -154,7 +155,7 @@ pub fn recording() -> Option<Vec<f64>> {
             dip_m: 10e-3,
         }),
         lowpass_hz: Some(200.0),
-        turns: false,
+        ..MotionOptions::default()
     };
     let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ)
         .unwrap_or_else(|e| panic!("{e}"));

@@ -77,8 +77,8 @@ fn bakers_force_is_mass_times_acceleration_and_viscosity_times_speed() {
         (&[("m", "120g"), ("B", "5N*s/m")][..], 0.120, 5.0),
     ] {
         let baker = common::instruments("baker.whip", sets).remove(0);
-        // Differentiators of 89 samples are 44 late.
-        let late_s = 44.0 / f64::from(RATE_HZ);
+        // Differentiators of 103 samples are 51 late.
+        let late_s = 51.0 / f64::from(RATE_HZ);
         for rise_s in [0.1, 0.2, 0.3] {
             let played = play_gesture(
                 &baker,

@@ -18,6 +18,7 @@ const KEYS: &[Known] = &[
     ("sensor.delay", "1 sample"),
     ("sensor.rate", "1 kHz"),
     ("sensor.step", "0.055 mm"),
+    ("sensor.noise", "1 um"),
     ("drive.bits", "16 bit"),
     ("drive.full_scale", "20 N"),
     ("drive.delay", "1 sample"),
@@ -28,6 +29,7 @@ const KEYS: &[Known] = &[
     ("port.*.sensor.delay", "1 sample"),
     ("port.*.sensor.rate", "1 kHz"),
     ("port.*.sensor.step", "0.055 mm"),
+    ("port.*.sensor.noise", "1 um"),
     ("port.*.drive.bits", "16 bit"),
     ("port.*.drive.full_scale", "20 N"),
     ("port.*.drive.delay", "1 sample"),
@@ -242,6 +244,7 @@ stop_damping = "20 N*s/m"
                 delay_samples: 0.5,
                 update_hz: None,
                 step: None,
+                noise_rms: None,
             }
         );
         assert_eq!(

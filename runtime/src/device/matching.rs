@@ -44,6 +44,7 @@ impl Device {
                 delay_samples: 1.0,
                 update_hz: None,
                 step: None,
+                noise_rms: None,
             },
             drive: match sense.moves {
                 Moves::Not => None,

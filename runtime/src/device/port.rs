@@ -4,6 +4,8 @@ use whippen_compiler::model::Moves;
 use whippen_compiler::scales::Scales;
 use whippen_compiler::units::Dim;
 
+use super::noise;
+
 /// A port.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Port {
@@ -43,6 +45,9 @@ pub struct Sensor {
     pub update_hz: Option<f64>,
     /// The least difference that it tells (SI); none for a word.
     pub step: Option<f64>,
+    /// How much noise it adds to a reading (SI, root of the mean square), normal and white; none
+    /// where nobody says.
+    pub noise_rms: Option<f64>,
 }
 
 /// A drive with its converter: 16-bit words, signed (`I1F15`).
@@ -91,6 +96,14 @@ impl Port {
         let word = ((told - low) / (high - low) * f64::from(u16::MAX) + 0.5).floor();
         // The cast clamps, and takes what is not a number to 0.
         (word as u16, !(low..=high).contains(&value))
+    }
+
+    /// What the sensor of a key reads of a value (SI) in a tick: with its noise, if it says how
+    /// much. Every key has noise of its own.
+    pub fn read(&self, key: usize, tick: usize, value: f64) -> f64 {
+        let stream = noise::stream(&self.name, key as u64);
+        let noise = |rms: f64| rms * noise::normal(stream, tick as u64);
+        value + self.sensor.noise_rms.map_or(0.0, noise)
     }
 
     /// The value (SI) a word of its sensor stands for.

@@ -126,6 +126,7 @@ fn sensor(entries: &Entries, prefix: &str, dim: Dim) -> Result<Sensor, FileError
         delay_samples: entries.samples(&key("delay"))?,
         update_hz: positive(key("rate"), Dim::PER_TIME)?,
         step: positive(key("step"), dim)?,
+        noise_rms: positive(key("noise"), dim)?,
     };
     if sensor.low >= sensor.high {
         let why = format!("must lie above `{}`", key("low"));

@@ -3,6 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
+use super::ROWS_MAX;
 use super::calibration::Calibration;
 use super::table::finite;
 use super::titled::too_many_rows;
@@ -17,21 +18,41 @@ pub struct Raw {
     pub clipped: usize,
 }
 
-/// Reads one column (counted from 1); without a calibration its numbers are metres.
+/// A dead band in front of readings, as the play of a gear: what moves by less than its half width
+/// does not move.
+struct DeadBand {
+    half: f64,
+    held: Option<f64>,
+}
+
+impl DeadBand {
+    fn follow(&mut self, reading: f64) -> f64 {
+        let held = self.held.unwrap_or(reading);
+        let held = held.clamp(reading - self.half, reading + self.half);
+        *self.held.insert(held)
+    }
+}
+
+/// Reads one column (counted from 1) through a dead band of so much to either side; without a
+/// calibration its numbers are metres.
 ///
 /// # Errors
 /// The file cannot be read, is empty, has an empty line amid others or too few columns, or a number
-/// is not finite, or there are more than `limit` rows.
+/// is not finite, or there are more than [`ROWS_MAX`] rows.
 pub fn read(
     path: &Path,
     column: usize,
     calibration: Option<&Calibration>,
-    limit: usize,
+    dead_band: f64,
 ) -> Result<Raw, FileError> {
     let mut reader = BufReader::with_capacity(1 << 16, open(path, InputKind::RECORDING)?);
     let mut raw = Raw {
         positions_m: Vec::new(),
         clipped: 0,
+    };
+    let mut dead_band = DeadBand {
+        half: dead_band,
+        held: None,
     };
     let (mut text, mut empty_line) = (String::new(), None);
     for line in 1.. {
@@ -61,9 +82,10 @@ pub fn read(
         };
         let number =
             finite(cell).map_err(|message| error(format!("{message}{hint}")).at_column(column))?;
+        let number = dead_band.follow(number);
         let (position_m, clipped) = calibration.map_or((number, false), |c| c.position_m(number));
-        if raw.positions_m.len() == limit {
-            return Err(too_many_rows(path, limit));
+        if raw.positions_m.len() == ROWS_MAX {
+            return Err(too_many_rows(path, ROWS_MAX));
         }
         raw.positions_m.push(position_m);
         raw.clipped += usize::from(clipped);

@@ -28,7 +28,7 @@ fn key(mapped: bool) -> Option<Motion> {
             dip_m: 10e-3,
         }),
         lowpass_hz: mapped.then_some(200.0),
-        turns: false,
+        ..MotionOptions::default()
     };
     Some(load(&path, &options, TICK_HZ).unwrap())
 }
@@ -113,8 +113,7 @@ fn a_hammer_at_8_khz_survives_the_way_to_the_tick_rate_and_back() {
         let options = MotionOptions {
             layout,
             stops,
-            lowpass_hz: None,
-            turns: false,
+            ..MotionOptions::default()
         };
         let own = load(&path, &options, 8000).unwrap().positions.to_vec();
         let fast = load(&path, &options, TICK_HZ).unwrap().positions.to_vec();

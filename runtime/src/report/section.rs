@@ -14,6 +14,7 @@ use crate::device::Device;
 use crate::engine::EngineKind;
 use crate::plot::frame::{heading, moved, shown};
 use crate::plot::{Figure, Roles};
+use crate::resting;
 use crate::session::{self, Run};
 use crate::titles::split_title;
 use crate::trace::EventRow;
@@ -75,6 +76,7 @@ impl Section {
                 .iter()
                 .map(|(name, value)| ("set".to_string(), format!("{name} = {value}")))
                 .collect(),
+            noise(compiled, made.device).into_iter().collect(),
             not_drawn(compiled, run).into_iter().collect(),
         ];
         let told = run.counts.told(session::driven(model));
@@ -240,6 +242,12 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
             ..roles
         },
     )
+}
+
+/// What the sensor's noise becomes while nobody plays.
+fn noise(compiled: &Compiled, device: &Device) -> Option<(String, String)> {
+    let noise = resting::noise(compiled, device).ok().flatten()?;
+    Some(("noise".to_string(), noise.told(compiled.model.turns())))
 }
 
 /// So many names of what is not drawn are told.

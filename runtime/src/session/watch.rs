@@ -66,14 +66,16 @@ impl<'a> WatchedPort<'a> {
         word
     }
 
+    /// What the sensor has read, with its noise.
     fn held(&mut self, tick: usize, place: f64) -> f64 {
         let Some(updates) = self.updates_per_tick else {
-            return place;
+            return self.port.read(0, tick, place);
         };
         let update = (tick as f64 * updates) as u64;
         match self.read {
             Some((last, read)) if last == update => read,
             _ => {
+                let place = self.port.read(0, tick, place);
                 self.read = Some((update, place));
                 place
             }

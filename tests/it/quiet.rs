@@ -1,0 +1,116 @@
+//! Quiet at rest: what the noise of a sensor becomes at a key that nobody plays.
+
+use whippen_compiler::pipeline::Compiled;
+use whippen_runtime::device::Device;
+use whippen_runtime::engine::EngineKind;
+use whippen_runtime::motion::{Layout, MotionOptions, Stops, load};
+use whippen_runtime::{resting, session};
+
+use crate::common::{self, RATE_HZ};
+use crate::played::play;
+
+/// No bundled key hums louder while it rests, at 1 um of noise (N, root of the mean square).
+const QUIET_N: f64 = 20e-3;
+
+fn noise_of(compiled: &Compiled, device: &Device) -> resting::RestingNoise {
+    let noise = resting::noise(compiled, device);
+    noise.expect("an engine").expect("a key")
+}
+
+#[test]
+fn every_bundled_key_is_quiet_at_rest() {
+    for compiled in common::of_keys() {
+        let device = Device::of(&compiled.model);
+        let noise = noise_of(&compiled, &device);
+        println!("{}: {}", compiled.model.name, noise.told(device.turns()));
+        let allowed = match (compiled.model.name.as_str(), device.turns()) {
+            // Its heel felt damps a capstan that moves with the key.
+            ("grand_action", _) => 4.0 * QUIET_N,
+            // The same at the rim of a knob of 40 mm.
+            (_, true) => QUIET_N * 20e-3,
+            (_, false) => QUIET_N,
+        };
+        assert!(noise.force_rms > 0.0 && noise.force_rms < allowed);
+    }
+}
+
+#[test]
+fn the_noise_at_rest_is_that_of_the_formula() {
+    let text = "instrument damper { sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms\n force drag = 10 N*s/m * x' }";
+    let damper = common::compiled("damper.whip", text, &[]).remove(0);
+    let device = Device::of(&damper.model);
+    let slope_per_m = f64::from(RATE_HZ) * (12.0 / (31.0 * (31.0 * 31.0 - 1.0_f64))).sqrt();
+    for (stated, rms) in [(None, 1e-6), (Some(3e-6), 3e-6)] {
+        let device = stated.map_or(device.clone(), |rms| device.with_noise(rms));
+        let noise = noise_of(&damper, &device);
+        assert_eq!((noise.sensor_rms, noise.is_stated), (rms, stated.is_some()));
+        let wanted_n = 10.0 * slope_per_m * rms;
+        let ratio = noise.force_rms / wanted_n;
+        assert!((ratio - 1.0).abs() < 0.07, "{ratio}");
+    }
+}
+
+#[test]
+fn a_stated_noise_is_played_and_is_the_same_in_every_run() {
+    let spring = &common::instruments("virtual-spring.whip", &[])[0];
+    let device = Device::of(&spring.model).with_noise(2e-6);
+    let positions_m = vec![0.005; RATE_HZ as usize];
+    let run = || {
+        let run = session::run(spring, &device, EngineKind::Jit, &positions_m, |_| ());
+        run.expect("an engine").trace
+    };
+    let (once, again) = (run(), run());
+    let column = |trace: &whippen_runtime::trace::Trace| {
+        let column = trace.column("x_m").expect("it is traced");
+        column.values().to_vec()
+    };
+    let read_m = column(&once);
+    assert_eq!(read_m, column(&again));
+    let squares: f64 = read_m.iter().map(|x| (x - 0.005).powi(2)).sum();
+    let rms = (squares / read_m.len() as f64).sqrt();
+    assert!((rms / 2e-6 - 1.0).abs() < 0.03, "{rms}");
+}
+
+#[test]
+fn a_dead_band_makes_a_noisy_recording_quiet() {
+    let Some(folder) = whippen_need::recordings("kawai-grand") else {
+        return;
+    };
+    let grand = common::instruments("grand-piano.whip", &[]).remove(0);
+    let played = |dead_band: f64| {
+        let options = MotionOptions {
+            layout: Layout::Raw {
+                rate_hz: 2000.0,
+                column: 2,
+                calibration: Some(folder.join("calibration_key.csv")),
+            },
+            stops: Some(Stops {
+                rest_m: 0.88e-3,
+                full_m: 12.7e-3,
+                dip_m: 10e-3,
+            }),
+            lowpass_hz: Some(200.0),
+            dead_band,
+            ..MotionOptions::default()
+        };
+        let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ);
+        let played = play(&grand, &motion.expect("it is read").positions.to_vec());
+        let resting = &played.column("drive_n")[RATE_HZ as usize / 2..4 * RATE_HZ as usize];
+        let mean = resting.iter().sum::<f64>() / resting.len() as f64;
+        let squares: f64 = resting.iter().map(|force| (force - mean).powi(2)).sum();
+        let rms_n = (squares / resting.len() as f64).sqrt();
+        (rms_n, played.times("note"), played.speeds())
+    };
+    let (noisy_n, times, speeds) = played(0.0);
+    let (quiet_n, quiet_times, quiet_speeds) = played(2e-4);
+    println!("at rest {noisy_n:.3} N, with a dead band {quiet_n:.3} N");
+    assert!(quiet_n < noisy_n / 5.0);
+    assert_eq!((times.len(), quiet_times.len()), (5, 5));
+    for (a, b) in times.iter().zip(&quiet_times) {
+        assert!((a - b).abs() < 1e-3, "{a} and {b} s");
+    }
+    for (a, b) in speeds.iter().zip(&quiet_speeds) {
+        assert!((a / b - 1.0).abs() < 0.02, "{a} and {b} m/s");
+    }
+    println!("5 cases");
+}
