@@ -17,7 +17,7 @@ use std::sync::OnceLock;
 
 use whippen_compiler::bundled::STD;
 use whippen_compiler::check::function_names;
-use whippen_compiler::syntax::ast::{File, Item, Keyboard, Name, Setting};
+use whippen_compiler::syntax::ast::{File, Item, Keyboard, Name, Setting, Spanned};
 use whippen_compiler::syntax::parse;
 use whippen_compiler::syntax::token::{Token, lex};
 
@@ -142,18 +142,14 @@ impl Wanted {
     }
 }
 
-/// The device files that the keyboards of a text name.
-pub fn device_files(text: &str) -> Vec<String> {
-    let tree = parse(0, text, &mut Vec::new());
-    let settings = tree.items.iter().flat_map(|item| match item {
-        Item::Keyboard(keyboard) => &keyboard.settings[..],
-        Item::Instrument(_) | Item::Term(_) => &[],
-    });
-    let file = |setting: &Setting| match setting {
-        Setting::DeviceFile(file) => Some(file.node.clone()),
+/// The files that a text names: of devices and of tables.
+pub fn named_files(text: &str) -> Vec<String> {
+    let tokens = lex(0, text, &mut Vec::new()).tokens;
+    let file = |token: &Spanned<Token>| match token.node {
+        Token::Text(file) => Some(file.trim_matches('"').to_string()),
         _ => None,
     };
-    settings.filter_map(file).collect()
+    tokens.iter().filter_map(file).collect()
 }
 
 /// The terms of the standard library.

@@ -15,6 +15,7 @@ mod file_plan;
 mod fit;
 mod fmt;
 mod hand;
+mod import;
 mod json;
 mod keys;
 mod load;
@@ -72,6 +73,8 @@ enum Command {
     Sweep(Box<sweep::Args>),
     /// Find values of parameters that fit recordings, and say how well they are known
     Fit(Box<fit::Args>),
+    /// Make an instrument of a recording of force over travel
+    Import(import::Args),
     /// Compile an instrument for a microcontroller: files to link, and their bindings
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
@@ -103,6 +106,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Measure(args)) => measure::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
+        Some(Command::Import(args)) => import::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),

@@ -20,7 +20,7 @@ mod navigate;
 mod server;
 mod signature;
 mod text;
-mod uri;
+pub mod uri;
 mod wire;
 mod words;
 mod world;

@@ -11,6 +11,7 @@ mod hardware;
 mod interrupt;
 mod lsp;
 mod say;
+mod table_text;
 
 use std::process::ExitCode;
 

@@ -28,7 +28,7 @@ pub use whippen_target_info as target_info;
 // The proof on the bytes.
 pub use whippen_budget as budget;
 
-pub use whippen_deterministic::parallel;
+pub use whippen_deterministic::{Rng, parallel};
 
 pub mod bindings;
 pub mod deadline_diagnostic;

@@ -12,6 +12,7 @@ pub mod description;
 pub mod residuals;
 pub mod solve;
 pub mod statistics;
+pub mod strokes;
 
 #[cfg(test)]
 mod tests;

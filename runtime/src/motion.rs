@@ -15,6 +15,7 @@
 //! Not here: what a sensor makes of a position (`device`), synthetic motions (`gesture`).
 
 mod calibration;
+mod errors;
 mod lowpass;
 mod pchip;
 mod raw;
@@ -32,6 +33,7 @@ use std::path::{Path, PathBuf};
 
 use crate::files::FileError;
 use calibration::Calibration;
+pub use errors::{Disturbance, Unseen};
 pub use resample::Resampled;
 use resample::resampled_len;
 
@@ -85,6 +87,10 @@ pub struct MotionOptions {
     /// A linear map from what was recorded to the dip of the model; without it positions are taken
     /// as they are.
     pub stops: Option<Stops>,
+    /// What the sensor does not show of the first way, against its flat end.
+    pub unseen: Option<Unseen>,
+    /// Noise and scale of a copy.
+    pub disturbance: Option<Disturbance>,
     /// The positions of a table are angles (rad), for an instrument that turns, and not lengths.
     pub turns: bool,
     /// Corner of a low-pass filter without delay (Hz), below half the rate of the file.
@@ -130,6 +136,13 @@ pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<M
     let error = |message: String| FileError::new(path, message);
     if let Some(stops) = options.stops {
         map_stops(&mut source.positions_m, stops).map_err(error)?;
+    }
+    if let Some(unseen) = options.unseen {
+        let dip_m = options.stops.map_or(10e-3, |stops| stops.dip_m);
+        unseen.restore(&mut source.positions_m, dip_m);
+    }
+    if let Some(disturbance) = options.disturbance {
+        disturbance.disturb(&mut source.positions_m);
     }
     if let Some(corner_hz) = options.lowpass_hz {
         let smooth = smoothed(&source.positions_m, source.rate_hz, corner_hz);

@@ -22,6 +22,7 @@ use whippen_runtime::fit::data::{FitData, Fittable, share_spreads};
 use whippen_runtime::fit::description;
 use whippen_runtime::fit::residuals::{self, ResidualPart};
 use whippen_runtime::fit::solve::{self, Loss, NoStart, Search};
+use whippen_runtime::fit::strokes::{self, StrokePair};
 use whippen_runtime::session;
 
 use super::budget::write_text;
@@ -377,6 +378,16 @@ impl Fit<'_> {
         };
         let all: Vec<(usize, &FitData)> = data.iter().enumerate().collect();
         parallel::map(all, one).into_iter().collect()
+    }
+
+    /// The strokes of recordings, like for like, with the arithmetic of the chip.
+    fn strokes(&self, compiled: &Compiled, data: &[FitData]) -> Vec<(String, StrokePair)> {
+        let one = |data: &FitData| {
+            let found = strokes::compare(compiled, &self.device, EngineKind::Jit, data)?;
+            Some((data.name.clone(), found))
+        };
+        let found = parallel::map(data.iter().collect(), one);
+        found.into_iter().flatten().collect()
     }
 
     /// Prints and writes what was found.

@@ -20,6 +20,7 @@ use super::json;
 use crate::device::{self, NoDevice};
 use crate::exit::Failure;
 use crate::say::{say, tell};
+use crate::table_text::BESIDE_FILES;
 
 /// So many diagnostics are printed at the most.
 const SHOWN_MAX: usize = 100;
@@ -156,7 +157,11 @@ pub fn checked_as(
     for (name, text) in files {
         map.add(name, text);
     }
-    let (program, diagnostics) = pipeline::front(&mut map, options);
+    let options = Options {
+        read: BESIDE_FILES,
+        ..options.clone()
+    };
+    let (program, diagnostics) = pipeline::front(&mut map, &options);
     report(form, &map, &diagnostics, least);
     let Some(program) = program else {
         // A program that is right without its settings is not to blame.

@@ -131,6 +131,7 @@ impl MotionArgs {
             turns,
             lowpass_hz: self.lowpass,
             dead_band: self.deadband,
+            ..MotionOptions::default()
         };
         let motion = motion::load(path, &options, tick_rate_hz)
             .map_err(|e| Failure::Usage(e.to_string()))?;

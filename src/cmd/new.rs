@@ -151,7 +151,7 @@ fn rename(text: &mut String, tree: &File, name: &str) {
     }
 }
 
-fn is_name(text: &str) -> bool {
+pub fn is_name(text: &str) -> bool {
     let letters = text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     letters
         && !text.is_empty()
@@ -161,7 +161,7 @@ fn is_name(text: &str) -> bool {
 
 /// The name that was probably meant: the last part of a path, without its ending, in letters that
 /// may be used.
-fn suggestion(text: &str) -> Option<String> {
+pub fn suggestion(text: &str) -> Option<String> {
     let last = text.rsplit(['/', '\\']).find(|part| !part.is_empty())?;
     let stem = last.strip_suffix(".whip").unwrap_or(last);
     let allowed = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };

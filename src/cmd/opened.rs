@@ -17,7 +17,7 @@ pub struct Opened<'w> {
     /// Names and texts, those that were given first.
     pub sources: Vec<(String, String)>,
     pub name: Option<&'w str>,
-    /// The files themselves, and the device files that their keyboards name.
+    /// The files themselves, and the files of devices and tables that they name.
     paths: Vec<PathBuf>,
 }
 
@@ -67,12 +67,12 @@ impl<'w> Opened<'w> {
                 names.join(", ")
             );
         }
-        let devices = program.iter().flat_map(|source| {
+        let named = program.iter().flat_map(|source| {
             let folder = device::folder_of(&source.name).unwrap_or_default();
-            let files = beside::device_files(&source.text);
+            let files = beside::named_files(&source.text);
             files.into_iter().map(move |file| folder.join(file))
         });
-        let paths = given.iter().cloned().chain(found).chain(devices).collect();
+        let paths = given.iter().cloned().chain(found).chain(named).collect();
         let sources = program.into_iter().map(|source| (source.name, source.text));
         Ok(Opened {
             paths,

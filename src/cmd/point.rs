@@ -7,6 +7,7 @@ use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 
 use super::load;
+use crate::table_text::BESIDE_FILES;
 
 /// The instrument of a program at a point; or why there is none.
 pub fn compiled(
@@ -19,7 +20,11 @@ pub fn compiled(
     for (name, text) in sources {
         map.add(name, text);
     }
-    let (program, found) = pipeline::front(&mut map, options);
+    let options = Options {
+        read: BESIDE_FILES,
+        ..options.clone()
+    };
+    let (program, found) = pipeline::front(&mut map, &options);
     let Some(program) = program else {
         let worst = found.iter().max_by_key(|d| d.severity());
         return Err(worst.map_or(String::new(), |d| d.message.clone()));

@@ -152,6 +152,7 @@ fn run_once(args: &Args) -> Outcome {
         sets: [args.settings.all()?, of_json].concat(),
         in_si,
         rate_hz: args.tick_rate,
+        ..Options::default()
     };
     let (map, program) = load::checked(sources, &options, Severity::Warning)?;
     let engine = args.on_board.engine(args.engine, &program);

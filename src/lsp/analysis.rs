@@ -20,6 +20,7 @@ use super::uri;
 use super::world::{is_std, std_file};
 use crate::beside::Source;
 use crate::device;
+use crate::table_text::BESIDE_URIS;
 
 /// What is proven about an instrument's values, by their names.
 pub type Numbers = HashMap<String, HashMap<String, Number>>;
@@ -54,7 +55,11 @@ impl Analysis {
         for source in program {
             map.add(&source.name, &source.text);
         }
-        let (checked, mut diagnostics) = compile_front(&mut map, &Options::default());
+        let options = Options {
+            read: BESIDE_URIS,
+            ..Options::default()
+        };
+        let (checked, mut diagnostics) = compile_front(&mut map, &options);
         let (mut numbers, unknown) = (before, known.is_none());
         let mut rings = known.unwrap_or_default();
         let keyboard = checked.as_ref().and_then(|p| p.keyboards.first());

@@ -140,8 +140,10 @@ impl CursorPlace<'_> {
             .iter()
             .rev()
             .find(|t| matches!(t.node, Token::Term | Token::Open(_) | Token::Close(_)));
-        matches!(kind, Some(Token::Sense | Token::State | Token::Pulse))
-            || header.is_some_and(|t| t.node == Token::Term)
+        matches!(
+            kind,
+            Some(Token::Sense | Token::State | Token::Pulse | Token::Delay | Token::Table)
+        ) || header.is_some_and(|t| t.node == Token::Term)
     }
 
     /// Results of the term that the name before the dot calls; in a keyboard, the parameters of the

@@ -182,6 +182,7 @@ fn symbol_kind(kind: NameKind) -> SymbolKind {
         | NameKind::Pulse
         | NameKind::Noise
         | NameKind::Delay
+        | NameKind::Table
         | NameKind::Coordinate
         | NameKind::Tension
         | NameKind::Slip => SymbolKind::FIELD,

@@ -190,6 +190,18 @@ pub const KEYWORDS: &[(&str, &str)] = &[
         "bank",
         "`bank name over i in 0 .. n { .. }`: its declarations once for each member; outside `sum(name.x)` and `name[2].x`.",
     ),
+    (
+        "table",
+        "`table name: type over type { place: value, .. }`, or `from \"file.csv\"`: knots with straight lines between them; `name(place)` is its value, held beyond the ends.",
+    ),
+    (
+        "cubic",
+        "`table name: type over type cubic { .. }`: smooth between its knots, without overshooting.",
+    ),
+    (
+        "from",
+        "`table name: type over type from \"file.csv\"`: knots from a file, whose titles have units (`x_mm,force_gf`).",
+    ),
 ];
 
 /// A function or a constant: name, how it is written, what it is.

@@ -220,7 +220,14 @@ fn nor_on_cores_of_armv6_m() {
 fn nor_on_a_cortex_m4() {
     let keys: u64 = instruments()
         .into_iter()
-        .map(|compiled| play(BoardKind::Stm32f4, compiled, KEYS))
+        .map(|compiled| {
+            // So many keys of four bodies do not fit in a tick.
+            let keys = match compiled.model.name.as_str() {
+                "grand_action" => 5,
+                _ => KEYS,
+            };
+            play(BoardKind::Stm32f4, compiled, keys)
+        })
         .sum();
     println!("{keys} ticks of a key");
 }

@@ -76,9 +76,10 @@ pub fn played_once() -> Vec<String> {
 }
 
 /// Programs of what no bundled instrument has.
-pub const PROGRAMS: [(&str, &str); 10] = [
+pub const PROGRAMS: [(&str, &str); 11] = [
     ("bank.whip", include_str!("../programs/bank.whip")),
     ("functions.whip", include_str!("../programs/functions.whip")),
+    ("tables.whip", include_str!("../programs/tables.whip")),
     (
         "two-axis-spring.whip",
         include_str!("../programs/two-axis-spring.whip"),

@@ -1,5 +1,6 @@
 //! Integration tests, one binary: whole instruments through every engine, and the command.
 
+mod action;
 mod agree;
 mod arm;
 mod bowed;
@@ -22,6 +23,7 @@ mod friction;
 mod functions;
 mod grammar;
 mod ideal;
+mod import;
 mod keyboard;
 mod language;
 mod library;

@@ -41,7 +41,7 @@ impl Random {
         }
         let a = self.expression(names, depth - 1);
         let b = self.expression(names, depth - 1);
-        match self.below(20) {
+        match self.below(22) {
             0..3 => format!("({a} + {b})"),
             3..5 => format!("({a} - {b})"),
             5..7 => format!("clamp({a}, -20, 20) * clamp({b}, -20, 20)"),
@@ -59,12 +59,28 @@ impl Random {
             15 => format!("cos(clamp({a}, -0.5, 2))"),
             16 => format!("(3 * tanh({a}))"),
             17 => format!("sqrt(clamp({a}, {}, 30))", self.pick(&["0", "2"])),
+            20 => format!("bent({a})"),
+            21 => format!("smooth({a})"),
             18 => format!("(clamp({a}, -50, 50) / clamp(abs({b}), 0.25, 40))"),
             _ => format!(
                 "(clamp({a}, 0, 30)^{})",
                 self.pick(&["1.5", "2", "2.5", "3"])
             ),
         }
+    }
+
+    /// Knots of a table: some to many, near each other and far apart, some of them level.
+    fn knots(&mut self) -> String {
+        let most = [3, 40][self.below(2) as usize];
+        let count = 2 + self.below(most);
+        let (mut at, mut value) = (-20.0 + self.below(25) as f64, 0.0);
+        let mut knots = Vec::new();
+        for _ in 0..count {
+            knots.push(format!("{at}: {value}"));
+            at += [0.01, 0.3, 1.0, 8.0][self.below(4) as usize] * (1.0 + self.below(4) as f64);
+            value += [0.0, 0.1, 4.0][self.below(3) as usize] * (self.below(9) as f64 - 4.0);
+        }
+        knots.join(", ")
     }
 
     /// A part between a millionth and all.
@@ -168,13 +184,17 @@ fn program(seed: u64) -> String {
     );
     let lowest = [0, -10][r.below(2) as usize];
     let (spring, loss) = (100 * (1 + r.below(20)), r.below(4));
+    let (bent, smooth) = (r.knots(), r.knots());
     let (friction, string, bank) = (r.friction(), r.string(), r.bank());
     format!(
         "instrument random_{seed} {{
             sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms
             live param level = 0.7 in -3 .. 12.5
             live param switch = on
+            table bent: number over number {{ {bent} }}
+            table smooth: number over number cubic {{ {smooth} }}
             let turns = x / 1 mm
+            let steep = (bent(turns)' + smooth(level * turns)') * 1 ms
             let speed = x' / 10 m/s
             state memory: number in -40 .. 60 = 1
             states gate {{ shut -> open when x > {threshold} mm  open -> shut when x < 1.5 mm }}

@@ -62,7 +62,7 @@ fn wide(products: i64) -> Kernel {
 #[test]
 fn a_frame_of_many_words_is_compiled() {
     for core in CORES {
-        compare(1, &wide(110), core);
+        compare(1, &wide(60), core);
     }
 }
 

@@ -31,6 +31,7 @@ fn all() -> Vec<(Kernel, Vec<u16>)> {
     let others = [
         "bank.whip",
         "functions.whip",
+        "tables.whip",
         "sound.whip",
         "pedals.whip",
         "two-axis-spring.whip",

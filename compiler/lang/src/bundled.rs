@@ -149,6 +149,10 @@ pub const INSTRUMENTS: &[(&str, &str)] = &[
         include_str!("../../../instruments/grand-piano.whip"),
     ),
     (
+        "grand-action.whip",
+        include_str!("../../../instruments/grand-action.whip"),
+    ),
+    (
         "rubbed-bank.whip",
         include_str!("../../../instruments/rubbed-bank.whip"),
     ),

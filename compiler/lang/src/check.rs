@@ -60,6 +60,8 @@ mod slot;
 mod sound;
 mod states;
 pub mod strand;
+mod table;
+pub(crate) mod table_file;
 mod types;
 mod walk;
 mod zones;
@@ -69,10 +71,12 @@ mod tests;
 
 pub use builtin::function_names;
 pub use notes::{midi_number, note_name};
+pub use table_file::FileReader;
 
 use crate::diag::Diagnostic;
 use crate::model::Model;
 use crate::syntax::ast::File;
+use table_file::TableFiles;
 use whippen_keyboard::Layout;
 use whippen_source::Span;
 
@@ -107,6 +111,8 @@ pub struct Options {
     pub sets: Vec<(String, String)>,
     /// Those of them, by the name that they set, whose plain numbers are in SI.
     pub in_si: Vec<String>,
+    /// Reads the files of tables.
+    pub read: FileReader,
 }
 
 /// A checked program.
@@ -159,10 +165,12 @@ impl Options {
 pub fn check(
     files: &[File],
     std: &[File],
+    table_files: TableFiles,
     options: &Options,
 ) -> (Option<Program>, Vec<Diagnostic>) {
     let mut diags = diags::Diags::default();
-    let items = items::collect(files, std, &mut diags);
+    let mut items = items::collect(files, std, &mut diags);
+    items.table_files = table_files;
     let mut sets = sets::read(options, files.len() + std.len(), &mut diags);
     let boards = keyboard::read(&items, options, &mut diags);
     for term in &items.terms {

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::bundled::STD;
-use crate::check::{Options, Program, check};
+use crate::check::{Options, Program, check, table_file};
 use crate::diag::{Code, Diagnostic, Severity};
 use crate::syntax::ast::File;
 use crate::syntax::parse;
@@ -60,7 +60,9 @@ pub fn compile_front_observed(
         map.add("<set>", format!("{name}={value}"));
     }
     let unreadable = found.iter().any(|d| d.severity() == Severity::Error);
-    let (program, mut checked) = check(&files, &std, options);
+    let name = |file: u32| map.files().get(file as usize).map_or("", |file| &file.name);
+    let table_files = table_file::read(&files, &options.read, name);
+    let (program, mut checked) = check(&files, &std, table_files, options);
     if unreadable {
         let lines: HashSet<(u32, usize)> = found
             .iter()

@@ -38,6 +38,8 @@ pub enum NameKind {
     Noise,
     /// A delay line.
     Delay,
+    /// A table.
+    Table,
     /// The coordinate of a body, or the displacement of a string.
     Coordinate,
     /// The tension that a string is tuned by.
@@ -84,6 +86,7 @@ impl NameKind {
                 | Pulse
                 | Noise
                 | Delay
+                | Table
                 | Coordinate
                 | Tension
                 | Friction
@@ -109,6 +112,7 @@ impl NameKind {
             NameKind::Pulse => "pulse",
             NameKind::Noise => "noise",
             NameKind::Delay => "delay line",
+            NameKind::Table => "table",
             NameKind::Coordinate => "coordinate",
             NameKind::Tension => "tension of a string",
             NameKind::Friction => "friction",

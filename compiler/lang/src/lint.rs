@@ -6,6 +6,7 @@
 //!                  ├ overlap  two transitions of one state whose guards can hold together
 //!                  ├ writers  two writers of one variable that can act in one tick
 //!                  ├ near_end a place on a string too near to its end
+//!                  ├ beyond_knots  a table read where it has no knots
 //!                  └ outside  a value that reaches beyond the range of the state it is written to
 //!                       └── all ask `together`: can these bools hold at once? never, at such values, unknown
 //! ```
@@ -13,6 +14,7 @@
 //! Everything here is a warning. Not here: what has no meaning (`check`, `range`), the feel of the
 //! key.
 
+mod beyond_knots;
 mod guards;
 mod near_end;
 mod outside;
@@ -35,6 +37,7 @@ pub fn lint(model: &Model, ranges: &Ranges) -> Vec<Diagnostic> {
     writers::check(model, &never, &mut solver, &mut found);
     outside::check(model, ranges, &mut found);
     near_end::check(model, ranges, &mut found);
+    beyond_knots::check(model, ranges, &mut found);
     found.extend(silent(model));
     found.sort_by_key(|d| (d.span, d.code));
     // A term that is called twice is looked at twice.

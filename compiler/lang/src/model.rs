@@ -22,6 +22,7 @@ pub mod print;
 mod sound;
 pub mod strand;
 pub mod sweep;
+pub mod table;
 
 pub use dag::{Balance, Cmp, Dag, Node, NodeId};
 pub use function::Function;

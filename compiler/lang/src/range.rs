@@ -189,8 +189,8 @@ pub fn transfer(
             of(free).union(Interval::point(0.0))
         }
         &Node::Ratio(a, b, limit) => divide(of(a), of(b))?.cut(-limit.0, limit.0),
-        Node::Curve(curve, _) => curve.reach(),
-        Node::Incline(curve, _) => curve.slopes(),
+        Node::Curve(curve, x) => curve.values_over(of(*x)),
+        Node::Incline(curve, x) => curve.slopes_over(of(*x)),
         &Node::Neg(a) => -of(a),
         &Node::Min(a, b) => of(a).min(of(b)),
         &Node::Max(a, b) => of(a).max(of(b)),

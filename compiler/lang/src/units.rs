@@ -15,12 +15,14 @@ pub mod dim;
 pub mod quantity;
 mod shown;
 pub mod table;
+pub mod title;
 pub mod unit;
 
 pub use dim::{Dim, unit_suffix};
 pub use quantity::{Quantity, QuantityError, parse_quantity};
 pub use shown::{shown, shown_range, usual_unit};
 pub use table::{DIMENSIONS, UNITS, dimension, dimension_names, nearest_unit, unit_names};
+pub use title::{split_title, unit_of_suffix};
 pub(crate) use unit::word_length;
 pub use unit::{Unit, longest_unit, parse_unit};
 

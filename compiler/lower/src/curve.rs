@@ -43,7 +43,10 @@ impl Lowerer<'_> {
         if let Some(known) = self.curves.get(&key) {
             return Ok(*known);
         }
-        let found = self.tabled_curve(curve, x)?;
+        let found = match curve.table() {
+            Some(table) => self.grid_of_table(table, x)?,
+            None => self.tabled_curve(curve, x)?,
+        };
         self.curves.insert(key, found);
         Ok(found)
     }
@@ -138,7 +141,7 @@ impl Lowerer<'_> {
     }
 
     /// Intervals do not see which coefficients belong together.
-    fn known_within(
+    pub(super) fn known_within(
         &mut self,
         value: Value,
         lsb: f64,

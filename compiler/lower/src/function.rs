@@ -279,18 +279,23 @@ impl Lowerer<'_> {
         self.b.op(Op::MacTop, &[c0, place, slope])
     }
 
-    /// The table of these rows, one for all that ask for the same.
+    /// The table of these rows of four, one for all that ask for the same.
     pub(super) fn table(&mut self, name: &str, rows: &[f64], lsb: f64) -> u32 {
+        self.table_of(name, 4, rows, lsb)
+    }
+
+    /// The table of these rows of so many columns.
+    pub(super) fn table_of(&mut self, name: &str, columns: u32, rows: &[f64], lsb: f64) -> u32 {
         let values: Vec<i32> = rows.iter().map(|c| quantize(*c, lsb) as i32).collect();
-        if let Some(&known) = self.tables.get(&values) {
+        if let Some(&known) = self.tables.get(&(columns, values.clone())) {
             return known;
         }
         let name = match self.tables.len() {
             0 => name.to_string(),
             n => format!("{name}_{}", n + 1),
         };
-        let table = self.b.table(&name, 4, values.clone());
-        self.tables.insert(values, table);
+        let table = self.b.table(&name, columns, values.clone());
+        self.tables.insert((columns, values), table);
         table
     }
 }

@@ -53,7 +53,7 @@ fn gradient(
         Node::Abs(a) => either(&all[a], &scaled(a, -one)),
         Node::Power(a, halves) => scaled(a, bounded(range(a).slope_of_power(halves))),
         Node::Function(function, a) => scaled(a, bounded(function.slope(range(a)))),
-        Node::Curve(ref curve, x) => scaled(x, curve.slopes()),
+        Node::Curve(ref curve, x) => scaled(x, curve.slopes_over(range(x))),
         Node::Incline(_, x) => scaled(x, Interval::around(STEEP)),
         Node::Mean(_, ref all) => all.iter().fold(Gradient::new(), |sum, x| {
             added(sum, scaled(*x, Interval::around(STEEP)))

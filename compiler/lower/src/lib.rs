@@ -38,6 +38,7 @@ mod rules;
 mod sense;
 mod sound;
 mod strand;
+mod table;
 mod units;
 mod update;
 mod values;
@@ -108,8 +109,8 @@ struct Lowerer<'a> {
     channels: Vec<sound::Channel>,
     /// Curves so far, with their slopes.
     curves: curve::Curves,
-    /// Tables of functions, by what is in them.
-    tables: HashMap<Vec<i32>, u32>,
+    /// Tables of functions, by their columns and what is in them.
+    tables: HashMap<(u32, Vec<i32>), u32>,
     lives: Vec<(u32, f64)>,
     keyed: Vec<(u32, f64)>,
     clamps: Vec<String>,

@@ -194,6 +194,7 @@ impl Gradient<'_> {
                     high: STEEP,
                 }))
             }
+            Node::Curve(curve, a) => row(a).scaled(curve.slopes_over(self.of(*a))),
             Node::Abs(a) => self.chosen(
                 self.deciders[&id],
                 row(a),

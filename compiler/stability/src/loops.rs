@@ -221,6 +221,7 @@ impl Loops {
         let FoundSystem {
             name,
             bounded,
+            coarse,
             places,
             system,
         } = found;
@@ -239,6 +240,7 @@ impl Loops {
             damping_needed: self.damping_needed(&system),
             worst: self.as_it_is(&system, self.worst(&system, between)),
             bounded,
+            coarse,
             places,
             system,
         }

@@ -41,9 +41,17 @@ pub struct Mode {
     pub worst: PerHand,
     /// Its derivatives are ends of intervals: some may be larger than any that occurs.
     pub bounded: bool,
+    /// Found only where choices were left open, with the derivatives of all branches.
+    pub(super) coarse: bool,
     /// Where it occurs; the first few.
     pub places: Vec<Place>,
     pub(super) system: System,
+}
+
+impl Mode {
+    fn is_stable(&self) -> bool {
+        self.settles && self.worst.factor > 1.0
+    }
 }
 
 /// The stability budget of one instrument on one device.
@@ -62,8 +70,9 @@ pub struct Stability {
     pub damping_for_changing: Option<f64>,
     /// The most by which one word of the sensor changes the force.
     pub force_per_word: f64,
-    /// Some choices were left open: derivatives of both branches are taken together.
-    pub coarse: bool,
+    /// So many linear systems are of both branches of choices that were left open, and not all of
+    /// them are stable: they say nothing, and are not among the modes.
+    pub undecided: usize,
     pub(super) loops: Loops,
 }
 
@@ -89,11 +98,14 @@ impl Stability {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether no mode rings with any hand.
+    /// Whether no mode rings with any hand, and nothing is left to be decided.
     pub fn is_stable(&self) -> bool {
-        self.modes
-            .iter()
-            .all(|mode| mode.settles && mode.worst.factor > 1.0)
+        self.undecided == 0 && self.is_stable_where_decided()
+    }
+
+    /// Whether no mode rings with any hand.
+    pub fn is_stable_where_decided(&self) -> bool {
+        self.modes.iter().all(Mode::is_stable)
     }
 
     /// Whether one word more or less of the sensor moves nothing: dry friction holds it (Abbott and
@@ -118,9 +130,7 @@ pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
         known: HashMap::new(),
         systems: Vec::new(),
     };
-    let mut coarse = false;
     for (piece, rows) in law.pieces() {
-        coarse |= piece.coarse;
         let linear = Linear::of(law, piece, rows);
         for (given, corner) in found.corners(piece, linear) {
             let systems = corner.corners();
@@ -133,6 +143,12 @@ pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
     let mut modes = parallel::map_with(found.systems, Between::default, |between, found| {
         loops.mode(found, between)
     });
+    let all = modes.len();
+    // What is stable even with both branches of all choices needs no decision.
+    if !modes.iter().all(|mode| !mode.coarse || mode.is_stable()) {
+        modes.retain(|mode| !mode.coarse);
+    }
+    let undecided = all - modes.len();
     modes.sort_by(|a, b| a.worst.factor.total_cmp(&b.worst.factor));
     let whole = law.whole();
     let rows = law.rows(&whole).ok()?;
@@ -160,7 +176,7 @@ pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
         modes,
         damping_for_changing: alone.then(|| damping_for_changing(key, loops.rate_hz, sizes, gains)),
         force_per_word: key.sensor_lsb * (sizes[0] + sizes[1] * steps[0] + sizes[2] * steps[1]),
-        coarse,
+        undecided,
         loops,
     })
 }
@@ -180,6 +196,7 @@ pub(super) struct FoundSystem {
     /// Of the piece that it was found in.
     pub name: String,
     pub bounded: bool,
+    pub coarse: bool,
     pub places: Vec<Place>,
     pub system: System,
 }
@@ -269,6 +286,7 @@ impl Found<'_> {
                 systems.push(FoundSystem {
                     name: name(model, piece),
                     bounded,
+                    coarse: true,
                     places: Vec::new(),
                     system: system.clone(),
                 });
@@ -278,7 +296,9 @@ impl Found<'_> {
                 .entry(numbers.map(number).collect())
                 .or_insert_with(new)
         });
-        let places = &mut self.systems[at].places;
+        let system = &mut self.systems[at];
+        system.coarse &= piece.coarse;
+        let places = &mut system.places;
         if places.len() < PLACES_MAX {
             places.push(Place::of(model, given));
         }

@@ -51,7 +51,25 @@ pub fn warnings(
         })
         .collect();
     found.extend(restless(model, stability, see));
+    found.extend((stability.undecided > 0).then(|| undecided(model, stability)));
     found
+}
+
+/// Of an instrument with too many choices.
+fn undecided(model: &Model, stability: &Stability) -> Diagnostic {
+    let message = format!(
+        "whether `{}` is stable is not decided: its choices make more cases than are looked at",
+        model.name
+    );
+    let label = match (stability.modes.len(), stability.is_stable_where_decided()) {
+        (0, _) => "none was decided".to_string(),
+        (cases, true) => format!("{cases} were decided, and are stable"),
+        (cases, false) => format!("{cases} were decided, and not all are proven stable"),
+    };
+    let hint = "contacts, limits and states that can all be met at once multiply; \
+                runs in a closed loop show what they do: whippen run FILE --hand free";
+    let diagnostic = Diagnostic::new(Code::NotProvenStable, model.span, message, label);
+    explained(Code::NotProvenStable, diagnostic.hint(hint))
 }
 
 /// The force term that gives most to the growing motion.

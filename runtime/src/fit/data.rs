@@ -11,6 +11,7 @@ use std::path::Path;
 use whippen_compiler::model::Model;
 use whippen_compiler::units::Unit;
 
+use super::strokes::StrokeRule;
 use crate::files::{FileError, InputKind};
 use crate::motion::table::Rows;
 use crate::motion::{self, MotionOptions, WantedPort};
@@ -34,6 +35,8 @@ pub struct FitData {
     pub events: Vec<FitEvent>,
     /// How much it counts beside others.
     pub weight: f64,
+    /// How its strokes are judged.
+    pub strokes: Option<StrokeRule>,
     /// Titles that are not of a run and were not used.
     pub unused: Vec<String>,
 }
@@ -114,6 +117,7 @@ impl Fittable<'_> {
             columns: columns.collect(),
             events: events.map(read_events).transpose()?.unwrap_or_default(),
             weight: 1.0,
+            strokes: None,
             unused,
         };
         if data.columns.is_empty() && events.is_none() {

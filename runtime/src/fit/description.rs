@@ -10,6 +10,8 @@
 //! rest = "0.88 mm"
 //! full = "12.7 mm"
 //! dip = "10 mm"
+//! unseen = "1.2 mm"                # what the sensor does not show of the first way,
+//! unseen_over = "0.4 mm"           # lost over this way; the dip stays
 //! lowpass = "200 Hz"
 //!
 //! [measured.rise_m]                # the title of a run's column
@@ -17,6 +19,14 @@
 //! calibration = "hammer.csv"
 //! times = "12.8"                   # from where it was measured to where it counts
 //! most = "48.2 mm"                 # the sensor reads no more, so nor does what is computed
+//!
+//! [strokes]                        # speeds of strokes are compared like for like
+//! title = "rise_m"                 # of which column
+//! rows = 15                        # its greatest slope over so many
+//! times = "1"                      # from a slope to a speed
+//! copies = 20                      # of the motion, each with
+//! noise = "30 um"                  # so much noise of a row
+//! scale = "0.003"                  # and so much of another scale
 //!
 //! [[stretch]]
 //! from = "24.6 s"
@@ -34,15 +44,29 @@ use toml::de::DeTable;
 use whippen_compiler::units::Dim;
 
 use super::data::{FitColumn, FitData, Fittable};
+use super::strokes::StrokeRule;
 use crate::fields::{Fields, FileText};
 use crate::files::{FileError, InputKind, read_text};
-use crate::motion::{self, Layout, MotionOptions, Stops};
+use crate::motion::{self, Disturbance, Layout, MotionOptions, Stops, Unseen};
 use crate::trajectory::Trajectory;
 
-const TOP: [&str; 5] = ["file", "rate", "motion", "measured", "stretch"];
-const MOTION: [&str; 6] = ["column", "calibration", "rest", "full", "dip", "lowpass"];
+const TOP: [&str; 6] = ["file", "rate", "motion", "measured", "strokes", "stretch"];
+const MOTION: [&str; 8] = [
+    "column",
+    "calibration",
+    "rest",
+    "full",
+    "dip",
+    "unseen",
+    "unseen_over",
+    "lowpass",
+];
 const MEASURED: [&str; 6] = ["column", "calibration", "times", "lowpass", "least", "most"];
+const STROKES: [&str; 6] = ["title", "rows", "times", "copies", "noise", "scale"];
 const STRETCH: [&str; 3] = ["from", "to", "held_out"];
+
+/// The most copies of a motion.
+const COPIES_MAX: usize = 1000;
 
 /// The stretches of a recording: those that are fitted, and those that are held out.
 #[derive(Debug, Clone, Default)]
@@ -95,10 +119,12 @@ pub fn read(path: &Path, fittable: &Fittable) -> Result<Stretches, FileError> {
 struct Whole {
     /// Ticks a second, and where the key is in each.
     tick_rate_hz: f64,
-    places: Vec<f64>,
+    places: Trajectory,
     /// Rows a second of what was measured, with the title of the run's column.
     rate_hz: f64,
     measured: Vec<MeasuredColumn>,
+    /// How strokes are judged, and the places of the key in each copy of the motion.
+    strokes: Option<(StrokeRule, Vec<Trajectory>)>,
 }
 
 /// The title of a run's column, its values, what the sensor reads (SI).
@@ -116,42 +142,33 @@ impl Whole {
         let motion = motion.ok_or_else(|| top.error("motion", "says where the key was"))?;
         let own = MotionOptions {
             stops: stops(&motion)?,
+            unseen: unseen(&motion)?,
             turns: fittable.model.turns(),
             ..options(&motion, rate_hz)?
         };
-        let own = motion::load(&file, &own, fittable.model.rate_hz)?;
-        let mut measured = Vec::new();
-        for (title, fields) in top.named_tables("measured", "[measured.title]", &MEASURED)? {
-            if !fittable.is_wanted(&title) {
-                let what = format!("`{title}` is no column that can be fitted to");
-                return Err(top.source.error(fields.line, what));
-            }
-            // At its own rate nothing is resampled.
-            let values = motion::load(&file, &options(&fields, rate_hz)?, rate_hz as u32)?;
-            let times = fields
-                .quantity("times", Dim::NUMBER, "12.8")?
-                .unwrap_or(1.0);
-            let values = values
-                .positions
-                .to_vec()
-                .iter()
-                .map(|v| v * times)
-                .collect();
-            let end = |key, other: f64| Ok(fields.any_quantity(key)?.unwrap_or(other));
-            let reads = (
-                end("least", f64::NEG_INFINITY)?,
-                end("most", f64::INFINITY)?,
-            );
-            measured.push((title, values, reads));
-        }
+        let tick_rate_hz = fittable.model.rate_hz;
+        let load = |disturbance: Option<Disturbance>| {
+            let own = MotionOptions {
+                disturbance,
+                ..own.clone()
+            };
+            Ok(motion::load(&file, &own, tick_rate_hz)?.positions)
+        };
+        let measured = measured(top, &file, rate_hz, fittable)?;
         if measured.is_empty() {
             return Err(top
                 .source
                 .error(1, "nothing to fit to: add [measured.title] tables"));
         }
+        let strokes = strokes(top, &measured)?;
+        let strokes = strokes.map(|(strokes, copies)| {
+            let copies: Result<_, FileError> = copies.into_iter().map(|d| load(Some(d))).collect();
+            Ok::<_, FileError>((strokes, copies?))
+        });
         Ok(Whole {
-            tick_rate_hz: f64::from(fittable.model.rate_hz),
-            places: own.positions.to_vec(),
+            tick_rate_hz: f64::from(tick_rate_hz),
+            places: load(None)?,
+            strokes: strokes.transpose()?,
             rate_hz,
             measured,
         })
@@ -163,7 +180,7 @@ impl Whole {
             time.ok_or_else(|| fields.error(key, "is a time, such as \"1.5 s\""))
         };
         let (from_s, to_s) = (time("from")?, time("to")?);
-        let last_s = self.places.len() as f64 / self.tick_rate_hz;
+        let last_s = self.places.ticks() as f64 / self.tick_rate_hz;
         if !(0.0 <= from_s && from_s < to_s && to_s <= last_s) {
             let what = format!("a stretch is within 0 s .. {last_s:.3} s, from before to");
             return Err(fields.source.error(fields.line, what));
@@ -171,7 +188,15 @@ impl Whole {
         // It begins with a row.
         let row = |s: f64| (s * self.rate_hz).round() as usize;
         let start_s = row(from_s) as f64 / self.rate_hz;
-        let tick = |s: f64| ((s * self.tick_rate_hz).round() as usize).min(self.places.len());
+        let tick = |s: f64| ((s * self.tick_rate_hz).round() as usize).min(self.places.ticks());
+        let ticks = tick(start_s)..tick(to_s);
+        let cut = |places: &Trajectory| -> Trajectory {
+            Trajectory::from(ticks.clone().map(|at| places.at(at)).collect::<Vec<f64>>())
+        };
+        let strokes = self.strokes.as_ref().map(|(strokes, copies)| StrokeRule {
+            copies: copies.iter().map(cut).collect(),
+            ..strokes.clone()
+        });
         let column = |(title, values, reads): &MeasuredColumn| {
             let values =
                 values[row(from_s).min(values.len())..row(to_s).min(values.len())].to_vec();
@@ -182,15 +207,103 @@ impl Whole {
         };
         Ok(FitData {
             name: format!("{} {from_s} s .. {to_s} s", path.display()),
-            places: vec![Trajectory::from(
-                self.places[tick(start_s)..tick(to_s)].to_vec(),
-            )],
+            places: vec![cut(&self.places)],
             start_s,
             columns: self.measured.iter().map(column).collect(),
             events: Vec::new(),
             weight: 1.0,
+            strokes,
             unused: Vec::new(),
         })
+    }
+}
+
+/// What was measured.
+fn measured(
+    top: &Fields,
+    file: &Path,
+    rate_hz: f64,
+    fittable: &Fittable,
+) -> Result<Vec<MeasuredColumn>, FileError> {
+    let mut measured = Vec::new();
+    for (title, fields) in top.named_tables("measured", "[measured.title]", &MEASURED)? {
+        if !fittable.is_wanted(&title) {
+            let what = format!("`{title}` is no column that can be fitted to");
+            return Err(top.source.error(fields.line, what));
+        }
+        // At its own rate nothing is resampled.
+        let values = motion::load(file, &options(&fields, rate_hz)?, rate_hz as u32)?;
+        let times = fields
+            .quantity("times", Dim::NUMBER, "12.8")?
+            .unwrap_or(1.0);
+        let values = values
+            .positions
+            .to_vec()
+            .iter()
+            .map(|v| v * times)
+            .collect();
+        let end = |key, other: f64| Ok(fields.any_quantity(key)?.unwrap_or(other));
+        let reads = (
+            end("least", f64::NEG_INFINITY)?,
+            end("most", f64::INFINITY)?,
+        );
+        measured.push((title, values, reads));
+    }
+    Ok(measured)
+}
+
+/// How strokes are judged, and what disturbs the copies of their motion.
+fn strokes(
+    top: &Fields,
+    measured: &[MeasuredColumn],
+) -> Result<Option<(StrokeRule, Vec<Disturbance>)>, FileError> {
+    let Some(fields) = top.table("strokes", "[strokes]", &STROKES)? else {
+        return Ok(None);
+    };
+    let title = fields.text("title", measured[0].0.as_str())?.text;
+    if !measured.iter().any(|column| column.0 == title) {
+        return Err(fields.error("title", "is the title of a [measured] table"));
+    }
+    let rows = fields
+        .count("rows")?
+        .filter(|rows| (2..=1000).contains(rows));
+    let rows = rows.ok_or_else(|| fields.error("rows", "is from 2 to 1000"))?;
+    let copies = fields.count("copies")?.unwrap_or(1);
+    if copies > COPIES_MAX {
+        return Err(fields.error("copies", &format!("are at most {COPIES_MAX}")));
+    }
+    let noise_m = fields
+        .quantity("noise", Dim::LENGTH, "30 um")?
+        .unwrap_or(0.0);
+    let scale = fields
+        .quantity("scale", Dim::NUMBER, "0.003")?
+        .unwrap_or(0.0);
+    let disturbance = |seed| Disturbance {
+        seed,
+        noise_m,
+        scale,
+    };
+    let strokes = StrokeRule {
+        title,
+        rows,
+        times: fields.any_quantity("times")?.unwrap_or(1.0),
+        copies: Vec::new(),
+    };
+    Ok(Some((
+        strokes,
+        (1..=copies as u64).map(disturbance).collect(),
+    )))
+}
+
+/// What the sensor does not show near rest.
+fn unseen(fields: &Fields) -> Result<Option<Unseen>, FileError> {
+    let length = |key| fields.quantity(key, Dim::LENGTH, "0.4 mm");
+    match (length("unseen")?, length("unseen_over")?) {
+        (None, None) => Ok(None),
+        (Some(way_m), Some(over_m)) if way_m >= 0.0 && over_m > 0.0 => {
+            Ok(Some(Unseen { way_m, over_m }))
+        }
+        _ => Err(fields.error("unseen", "and `unseen_over` belong together, above 0 mm")),
     }
 }
 

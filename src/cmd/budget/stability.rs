@@ -37,13 +37,14 @@ impl StabilityBudget {
         &self.warnings
     }
 
-    /// `passive`, `stable`, `unproven` or `rings`.
+    /// `passive`, `stable`, `unproven`, `undecided` or `rings`.
     fn verdict(&self) -> &'static str {
         let rings = self.warnings.iter().any(|d| d.code == Code::Unstable);
         match (self.found.is_stable(), self.found.is_passive()) {
             (true, true) => "passive",
             (true, false) => "stable",
             (false, _) if rings => "rings",
+            (false, _) if self.found.is_stable_where_decided() => "undecided",
             (false, _) => "unproven",
         }
     }
@@ -69,11 +70,13 @@ impl StabilityBudget {
 
     pub fn text(&self) -> String {
         let mut out = format!("stability: {}\n", self.verdict_in_words());
-        self.add_damping(&mut out);
+        if !self.found.modes.is_empty() {
+            self.add_damping(&mut out);
+        }
         self.add_gains(&mut out);
         self.add_quiet(&mut out);
-        if self.found.coarse {
-            out += "  too many cases: what was left open is judged by both branches at once\n";
+        if self.found.undecided > 0 {
+            out += "  its choices make more cases than are looked at (docs/stability.md)\n";
         }
         let modes = &self.found.modes;
         for mode in modes.iter().take(MODES_SHOWN) {
@@ -95,6 +98,10 @@ impl StabilityBudget {
                 self.hands
             ),
             "rings" => format!("IT RINGS, {margin}"),
+            "undecided" => match self.found.modes.len() {
+                0 => "not decided".to_string(),
+                cases => format!("not decided; {cases} cases that were are stable, {margin}"),
+            },
             _ => format!("not proven stable, but nothing is seen to ring; {margin}"),
         }
     }
@@ -237,7 +244,7 @@ impl StabilityBudget {
             "key": { "mass": s.key.mass, "damping": s.key.damping, "friction": s.key.friction,
                      "delay_ticks": s.key.delay_ticks, "bandwidth_hz": s.key.bandwidth_hz },
             "stiffness": range(&s.largest[0]), "damping": range(&s.largest[1]), "mass": range(&s.largest[2]),
-            "force_per_word": s.force_per_word, "quiet": s.is_quiet(), "coarse": s.coarse, "hands": self.hands,
+            "force_per_word": s.force_per_word, "quiet": s.is_quiet(), "undecided": s.undecided, "hands": self.hands,
             "modes": s.modes.iter().map(mode).collect::<Vec<_>>(),
         })
     }

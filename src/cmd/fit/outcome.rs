@@ -6,6 +6,7 @@ use whippen_runtime::fit::data::FitData;
 use whippen_runtime::fit::residuals::{self, ResidualPart};
 use whippen_runtime::fit::solve::{End, Solution};
 use whippen_runtime::fit::statistics::{Evidence, Judged};
+use whippen_runtime::fit::strokes::{StrokePair, StrokeVerdict};
 
 use super::Fit;
 
@@ -22,6 +23,8 @@ pub struct Fitted {
     pub left: Vec<Left>,
     /// The same of what was held out.
     pub held_out: Vec<Left>,
+    /// Strokes like for like, in fixed point: fitted, and held out.
+    pub strokes: [Vec<(String, StrokePair)>; 2],
     /// How often the instrument was played.
     pub runs: usize,
     pub end: End,
@@ -78,7 +81,13 @@ impl Fitted {
             };
             parts.iter().map(one).collect::<Vec<Left>>()
         };
+        let strokes = [&fit.data, &fit.held_out].map(|data| {
+            after
+                .as_ref()
+                .map_or_else(Vec::new, |c| fit.strokes(c, data))
+        });
         Fitted {
+            strokes,
             left: left(&fit.data, &fit.parts),
             held_out: left(&fit.held_out, &residuals::parts(&fit.held_out)),
             start: start.to_vec(),
@@ -87,6 +96,15 @@ impl Fitted {
             runs: found.evaluations,
             end: found.end,
         }
+    }
+
+    /// What holds of all strokes.
+    pub fn verdict(&self) -> Option<StrokeVerdict> {
+        let [fitted, others] = self
+            .strokes
+            .each_ref()
+            .map(|all| all.iter().map(|(_, compared)| compared).collect::<Vec<_>>());
+        StrokeVerdict::of(&fitted, &others)
     }
 
     /// Whether a parameter is at one of its bounds.

@@ -7,6 +7,7 @@ use whippen_compiler::units::{Dim, shown};
 use whippen_runtime::files::FileError;
 use whippen_runtime::fit::residuals;
 use whippen_runtime::fit::solve::End;
+use whippen_runtime::fit::strokes::StrokePair;
 use whippen_runtime::plot::{Curve, Map};
 
 use super::Fit;
@@ -53,7 +54,56 @@ pub fn text(fit: &Fit, fitted: &Fitted) -> String {
     if !fitted.held_out.is_empty() {
         out += &left("held out", &fitted.held_out);
     }
+    out += &strokes(fitted);
     out
+}
+
+/// Strokes like for like.
+fn strokes(fitted: &Fitted) -> String {
+    let all = || fitted.strokes.iter().flatten();
+    let Some(width) = all().map(|(name, _)| name.len()).max() else {
+        return String::new();
+    };
+    let mut out = "  strokes, like for like, in fixed point:\n".to_string();
+    for (kind, strokes) in ["", ", held out"].iter().zip(&fitted.strokes) {
+        for (name, compared) in strokes {
+            out += &format!("    {name:<width$}  {}{kind}\n", stroke(compared));
+        }
+    }
+    if let Some(verdict) = fitted.verdict() {
+        out += &format!(
+            "  speeds are {:.3} times the measured ones; without that scale the median error of strokes \
+             that were not fitted is {:.1} %\n  (of the key's greatest speed times {:.2}: {:.1} %)\n",
+            verdict.scale,
+            100.0 * verdict.error,
+            verdict.key_factor,
+            100.0 * verdict.key_error
+        );
+    }
+    out
+}
+
+fn stroke(compared: &StrokePair) -> String {
+    let (often, copies) = (compared.as_often(), compared.copies.len());
+    let measured = &compared.measured;
+    if !compared.is_struck() {
+        return format!("does not strike, and so do {often} of {copies} copies");
+    }
+    let late = match compared.late_s() {
+        Some(late_s) => format!("{:+.1} ms", 1e3 * late_s),
+        None => "never".to_string(),
+    };
+    let mut ratios: Vec<f64> = compared.ratios().flatten().collect();
+    ratios.sort_by(f64::total_cmp);
+    let copy = |ratio: Option<&f64>| ratio.map_or(0.0, |ratio| ratio * measured.speed);
+    format!(
+        "measured {:.3}, computed {:.3}, in copies {:.3} .. {:.3}; strikes as often in {often} of {copies}, {late}, path {:.2e}",
+        measured.speed,
+        compared.computed.speed,
+        copy(ratios.first()),
+        copy(ratios.last()),
+        compared.path
+    )
 }
 
 fn head(fit: &Fit, fitted: &Fitted) -> String {
@@ -172,6 +222,38 @@ pub fn json(fit: &Fit, fitted: &Fitted) -> Value {
         "flat": fitted.judged.flat.iter().map(names).collect::<Vec<_>>(),
         "left": left(&fitted.left),
         "held_out": left(&fitted.held_out),
+        "strokes": strokes_json(fitted),
+    })
+}
+
+/// Strokes like for like; null where there are none.
+fn strokes_json(fitted: &Fitted) -> Value {
+    let one = |(name, c): &(String, StrokePair), is_held_out: bool| {
+        json!({
+            "recording": name,
+            "held_out": is_held_out,
+            "measured": c.measured.speed,
+            "computed": c.computed.speed,
+            "copies": c.copies.iter().map(|copy| copy.speed).collect::<Vec<_>>(),
+            "as_often": c.as_often(),
+            "late_s": c.late_s(),
+            "path": c.path,
+            "key_speed": c.key_speed,
+        })
+    };
+    let [own, others] = &fitted.strokes;
+    let all = own.iter().map(|c| one(c, false));
+    let all: Vec<Value> = all.chain(others.iter().map(|c| one(c, true))).collect();
+    if all.is_empty() {
+        return Value::Null;
+    }
+    let verdict = fitted.verdict();
+    json!({
+        "all": all,
+        "scale": verdict.map(|v| v.scale),
+        "error": verdict.map(|v| v.error),
+        "key_factor": verdict.map(|v| v.key_factor),
+        "key_error": verdict.map(|v| v.key_error),
     })
 }
 

@@ -26,6 +26,9 @@ impl<'a> Elaborator<'a, '_> {
         if let Some(delay) = self.delay_of(scope, callee) {
             return self.tap(scope, delay, callee, args, call.span);
         }
+        if let Some(id) = self.table_of(scope, callee) {
+            return self.table_at(scope, id, callee, args, call.span);
+        }
         if let Some(id) = self.displacement_of(scope, callee) {
             return self.displacement_at(scope, id, callee, args, call.span);
         }

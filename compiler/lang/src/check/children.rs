@@ -25,6 +25,7 @@ impl<'a> Elaborator<'a, '_> {
             let from_std = self.scopes[scope.0].in_std();
             if self.items.function(&callee.node, from_std).is_some()
                 || self.delay_of(scope, callee).is_some()
+                || self.table_of(scope, callee).is_some()
                 || self.displacement_of(scope, callee).is_some()
                 || self.derivative_of(scope, callee, args).is_some()
             {

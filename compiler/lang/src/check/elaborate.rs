@@ -14,6 +14,7 @@ use super::scope::{Made, Scope, ScopeId, Thing};
 use super::settings::Settings;
 use super::slot::{Slot, SlotId};
 use super::strand::{StrandInfo, points};
+use super::table::{TableId, TableInfo};
 use super::types::{Ty, Value};
 use crate::diag::Diagnostic;
 use crate::model::{Dag, DelayId, EmissionId, Force, Item, Model, Named, Node, NodeId, StrandId};
@@ -60,6 +61,8 @@ pub struct Elaborator<'a, 'd> {
     pub next_spans: Vec<Span>,
     /// Where each delay line is fed.
     pub feed_spans: IdMap<DelayId, Option<Span>>,
+    /// What is known of each table.
+    pub tables: IdMap<TableId, TableInfo<'a>>,
     /// Where each kind of emission was first seen.
     pub emission_spans: IdMap<EmissionId, Span>,
 }
@@ -178,6 +181,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             alone: false,
             next_spans: Vec::new(),
             feed_spans: IdMap::new(),
+            tables: IdMap::new(),
             emission_spans: IdMap::new(),
         }
     }
@@ -304,6 +308,7 @@ impl<'a, 'd> Elaborator<'a, 'd> {
             (DeclKind::Delay { range, lasting, .. }, Made::Delay(delay)) => {
                 self.delay(scope, delay, range, lasting);
             }
+            (DeclKind::Table { .. }, Made::Table(table)) => drop(self.table(table)),
             (DeclKind::Feed { delay, value }, _) => self.feed(scope, delay, value),
             (DeclKind::String { .. }, Made::Strand(id)) => self.string(id),
             (DeclKind::Sound { name, side, value }, _) => {

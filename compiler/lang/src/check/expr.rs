@@ -110,6 +110,10 @@ impl<'a> Elaborator<'a, '_> {
                 self.delay_as_value(name, span);
                 None
             }
+            Thing::Table(_) => {
+                self.table_as_value(name, span);
+                None
+            }
             Thing::Let(_, Some(call)) => {
                 let slot = self.only_result(call, span)?;
                 self.slot(slot)

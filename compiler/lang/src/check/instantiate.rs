@@ -220,6 +220,7 @@ impl<'a> Elaborator<'a, '_> {
             DeclKind::Force { name, on, .. } => self.declare_force(scope, name, on.as_ref()),
             DeclKind::Noise { name } => self.declare_noise(scope, name),
             DeclKind::Delay { name, ty, .. } => self.declare_delay(scope, name, ty),
+            DeclKind::Table { .. } => self.declare_table(scope, &decl.kind),
             DeclKind::Sound { name, side, .. } => self.declare_sound(scope, name, side.as_ref()),
             DeclKind::Next { .. } | DeclKind::Feed { .. } | DeclKind::Hold { .. } => Made::Itself,
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::builtin::{self, Signature};
 use super::diags::Diags;
+use super::table_file::TableFiles;
 use crate::diag::{Code, Diagnostic, nearest};
 use crate::syntax::ast::{File, Instrument, Item, Keyboard, Name, Term};
 use whippen_source::Span;
@@ -26,6 +27,8 @@ pub struct Items<'a> {
     pub keyboards: Vec<&'a Keyboard>,
     /// Terms, the user's first.
     pub terms: Vec<TermItem<'a>>,
+    /// The files of tables.
+    pub table_files: TableFiles,
     user_terms: BTreeMap<&'a str, TermItem<'a>>,
     std_terms: BTreeMap<&'a str, TermItem<'a>>,
 }

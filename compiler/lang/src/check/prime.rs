@@ -103,16 +103,7 @@ fn words(kind: NoPrimeKind) -> (&'static str, &'static str, &'static str) {
             "noise",
             "take the prime of the other parts only",
         ),
-        NoPrimeKind::Delay => (
-            "what is read from a delay line has no prime",
-            "is read here",
-            "feed the prime to a second delay line",
-        ),
-        NoPrimeKind::String => (
-            "a rate and a slope of a string have no prime",
-            "is read here",
-            "`u(place)` alone has one, its rate `u(place)'`",
-        ),
+        NoPrimeKind::Delay | NoPrimeKind::Table | NoPrimeKind::String => words_of_read(kind),
         NoPrimeKind::Third => (
             "a sensed value has no third prime",
             "what is measured",
@@ -132,6 +123,27 @@ fn words(kind: NoPrimeKind) -> (&'static str, &'static str, &'static str) {
             "a bool has no prime",
             "the bool",
             "take the prime of the numbers it chooses between",
+        ),
+    }
+}
+
+/// As [`words`], of what is read at a time or a place.
+fn words_of_read(kind: NoPrimeKind) -> (&'static str, &'static str, &'static str) {
+    match kind {
+        NoPrimeKind::Delay => (
+            "what is read from a delay line has no prime",
+            "is read here",
+            "feed the prime to a second delay line",
+        ),
+        NoPrimeKind::Table => (
+            "a table has no second prime",
+            "the table",
+            "take the prime once: a table is made of pieces, whose slopes bend or jump at its knots",
+        ),
+        _ => (
+            "a rate and a slope of a string have no prime",
+            "is read here",
+            "`u(place)` alone has one, its rate `u(place)'`",
         ),
     }
 }

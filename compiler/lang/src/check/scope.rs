@@ -6,6 +6,7 @@ use super::bank::{BankId, Member};
 use super::friction::RubbedBy;
 use super::items::TermItem;
 use super::slot::SlotId;
+use super::table::TableId;
 use super::types::Value;
 use crate::model::{CellId, DelayId, MachineId, PulseId, StrandId};
 use crate::syntax::ast::{Decl, Name};
@@ -36,6 +37,8 @@ pub enum Thing {
     Noise(Value),
     /// A delay line, which is no value by itself.
     Delay(DelayId),
+    /// A table, which is no value by itself.
+    Table(TableId),
     /// A displacement all along a string, which is no value by itself.
     Displacement(StrandId),
     /// The tension of a string that is tuned.
@@ -65,6 +68,7 @@ impl Thing {
             Thing::Pulse(..) => "a pulse",
             Thing::Noise(..) => "noise",
             Thing::Delay(..) => "a delay line",
+            Thing::Table(..) => "a table",
             Thing::Displacement(_) => "the displacement of a string",
             Thing::Tension(_) => "the tension of a string",
             Thing::Friction(..) => "a friction",
@@ -104,6 +108,8 @@ pub enum Made {
     Pulse(PulseId),
     /// A delay line.
     Delay(DelayId),
+    /// A table.
+    Table(TableId),
     /// A bank.
     Bank(BankId),
     /// A string.

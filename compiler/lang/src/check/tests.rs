@@ -6,6 +6,7 @@ mod cases;
 mod messages;
 mod model;
 mod mutations;
+mod tables;
 
 use super::{Options, Program};
 use crate::diag::{Code, Diagnostic};

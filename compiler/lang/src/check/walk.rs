@@ -1,7 +1,7 @@
 //! The calls that stand in a declaration, in the order of the text.
 
 use crate::syntax::ast::{
-    Action, ActionKind, BodyPart, Decl, DeclKind, Expr, ExprKind, RangeExpr, StringPart,
+    Action, ActionKind, BodyPart, Decl, DeclKind, Expr, ExprKind, Knots, RangeExpr, StringPart,
 };
 
 /// Every call in the declaration, of terms and of functions; of the arguments of `each` the one of
@@ -72,6 +72,10 @@ fn expressions(kind: &DeclKind) -> Vec<&Expr> {
         DeclKind::Pulse { range, lasting, .. } | DeclKind::Delay { range, lasting, .. } => {
             ends(range).chain([lasting]).collect()
         }
+        DeclKind::Table { knots, .. } => match knots {
+            Knots::Listed(all) => all.iter().flat_map(|(x, value)| [x, value]).collect(),
+            Knots::File(_) => vec![],
+        },
         DeclKind::String { along, parts, .. } => ends(along)
             .chain(parts.iter().flat_map(in_string_part))
             .collect(),

@@ -142,6 +142,9 @@ codes! {
     OutsideString       "WH0516" Error "a place outside of its string";
     StringSign          "WH0517" Error "a string with a tension, a stiffness, losses or a density that may be negative";
     UnstableString      "WH0518" Error "a string that its number of points makes unstable";
+    BeyondKnots         "WH0530" Warning "a table that is read beyond its knots";
+    TableKnots          "WH0531" Error "a table whose knots do not rise, or are too few or too many";
+    TableFile           "WH0532" Error "a table's file that cannot be used";
     // Physics and keyboards
     WrongDrive          "WH0610" Error "a force or a torque on what it cannot push";
     BodyPart            "WH0601" Error "a body that lacks or repeats one of its lines";

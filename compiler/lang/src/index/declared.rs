@@ -86,6 +86,7 @@ impl Index {
             DeclKind::Sound { name, .. } => (NameKind::Sound, name, None),
             DeclKind::Noise { name } => (NameKind::Noise, name, None),
             DeclKind::Delay { name, ty, .. } => (NameKind::Delay, name, Some(ty)),
+            DeclKind::Table { name, ty, .. } => (NameKind::Table, name, Some(ty)),
             DeclKind::States { name, .. } => (NameKind::Machine, name, None),
             DeclKind::Bank { name, .. } => (NameKind::Bank, name, None),
             DeclKind::Body { name, .. } => (NameKind::Body, name, None),

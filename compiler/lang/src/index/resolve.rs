@@ -99,11 +99,23 @@ impl Resolver<'_> {
                 self.range(range);
                 self.expr(lasting);
             }
+            DeclKind::Table { knots, .. } => self.knots(knots),
             DeclKind::Bank { range, decls, .. } => self.bank(range, decls),
-            DeclKind::Hold { body, guard } => {
-                self.name(body, |k| matches!(k, NameKind::Body | NameKind::String));
-                self.expr(guard);
-            }
+            DeclKind::Hold { body, guard } => self.hold(body, guard),
+        }
+    }
+
+    fn hold(&mut self, body: &Name, guard: &Expr) {
+        self.name(body, |k| matches!(k, NameKind::Body | NameKind::String));
+        self.expr(guard);
+    }
+
+    fn knots(&mut self, knots: &Knots) {
+        if let Knots::Listed(all) = knots {
+            all.iter().for_each(|(x, value)| {
+                self.expr(x);
+                self.expr(value);
+            });
         }
     }
 
@@ -269,8 +281,11 @@ impl Resolver<'_> {
             }
             ExprKind::Call(callee, args) => {
                 let term = self.index.item_named(&callee.node, NameKind::Term);
-                // A string or a delay line is read like a call.
-                let read = |kind| matches!(kind, NameKind::Coordinate | NameKind::Delay);
+                // A string, a delay line or a table is read like a call.
+                let read = |kind| {
+                    let kinds = [NameKind::Coordinate, NameKind::Delay, NameKind::Table];
+                    kinds.contains(&kind)
+                };
                 let own = self.index.find(self.item, &callee.node, read);
                 self.found(callee.span, own.or(term));
                 for arg in args {

@@ -1,7 +1,8 @@
-//! Curves: what of a law depends on one value alone, kept together so that lowering makes one table
-//! of it.
+//! Curves: functions of one value, which lowering makes tables of: those that a program gives as
+//! tables, and what of a law depends on one value alone.
 
 use super::dag::Real;
+use super::table::Table;
 use super::{Interval, Model, Node, NodeId};
 use crate::range;
 use std::sync::Arc;
@@ -9,11 +10,18 @@ use std::sync::Arc;
 /// A function of one value.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Curve {
-    /// What it is made of, operands first; node 0 is the value that it is a function of, and the
-    /// first of these is node 1. The last is the outcome.
-    nodes: Arc<[Node]>,
+    /// How it is computed.
+    law: Law,
     /// Where it lies, and where its derivative does.
     reach: [[Real; 2]; 2],
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+enum Law {
+    /// What it is made of, operands first; node 0 is the value that it is a function of, and the
+    /// first of these is node 1. The last is the outcome.
+    Nodes(Arc<[Node]>),
+    Table(Arc<Table>),
 }
 
 impl Curve {
@@ -25,9 +33,30 @@ impl Curve {
     pub fn new(model: &Model, nodes: Vec<Node>, slope: &[Node], over: Interval) -> Option<Curve> {
         let reach = [reach(model, &nodes, over)?, reach(model, slope, over)?];
         Some(Curve {
-            nodes: nodes.into(),
+            law: Law::Nodes(nodes.into()),
             reach: reach.map(|of| [Real(of.low), Real(of.high)]),
         })
+    }
+
+    /// A table.
+    pub fn of_table(table: Arc<Table>) -> Curve {
+        let all = Interval {
+            low: f64::NEG_INFINITY,
+            high: f64::INFINITY,
+        };
+        let reach = [table.values_over(all), table.slopes_over(all)];
+        Curve {
+            law: Law::Table(table),
+            reach: reach.map(|of| [Real(of.low), Real(of.high)]),
+        }
+    }
+
+    /// The table, if it is one.
+    pub fn table(&self) -> Option<&Arc<Table>> {
+        match &self.law {
+            Law::Table(table) => Some(table),
+            Law::Nodes(_) => None,
+        }
     }
 
     /// Its values.
@@ -42,8 +71,27 @@ impl Curve {
 
     /// Its value; `None` where it has none.
     pub fn value(&self, model: &Model, x: f64) -> Option<f64> {
+        if let Law::Table(table) = &self.law {
+            return Some(table.value(x));
+        }
         let found = self.over(model, Interval::point(x))?;
         Some(0.5 * (found.low + found.high))
+    }
+
+    /// Its values over an interval: those of a table there, else all.
+    pub fn values_over(&self, x: Interval) -> Interval {
+        match &self.law {
+            Law::Table(table) => table.values_over(x),
+            Law::Nodes(_) => self.reach(),
+        }
+    }
+
+    /// Its slopes over an interval, which may be wider than they are.
+    pub fn slopes_over(&self, x: Interval) -> Interval {
+        match &self.law {
+            Law::Table(table) => table.slopes_over(x),
+            Law::Nodes(_) => self.slopes(),
+        }
     }
 
     /// Whether it changes by no more than such a part of its reach from `half` on, either way.
@@ -57,7 +105,10 @@ impl Curve {
 
     /// Its values over an interval, which may be wider than they are.
     pub fn over(&self, model: &Model, x: Interval) -> Option<Interval> {
-        over(model, &self.nodes, x)
+        match &self.law {
+            Law::Nodes(nodes) => over(model, nodes, x),
+            Law::Table(table) => Some(table.values_over(x)),
+        }
     }
 }
 

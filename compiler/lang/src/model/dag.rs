@@ -110,7 +110,7 @@ pub enum Node {
     Slip(Balance),
     /// `a / b` with 16 significant bits, at most so much either way. Only `simplify` builds it.
     Ratio(NodeId, NodeId, Real),
-    /// A curve at a value. Only `simplify` builds it.
+    /// A curve at a value: a table, or what `simplify` builds.
     Curve(Curve, NodeId),
     /// The derivative of a curve by what it is a function of.
     Incline(Curve, NodeId),

@@ -23,6 +23,8 @@ pub fn fold(dag: &Dag, node: &Node) -> Option<Node> {
         Node::Abs(a) => real(a)?.abs(),
         Node::Power(a, halves) => power(real(a)?, halves),
         Node::Function(function, a) => function.value(real(a)?),
+        Node::Curve(ref curve, x) => curve.table()?.value(real(x)?),
+        Node::Incline(ref curve, x) => curve.table()?.slope(real(x)?),
         Node::Linear(c0, ref terms) => terms
             .iter()
             .try_fold(c0.0, |sum, (c, x)| Some(sum + c.0 * real(*x)?))?,

@@ -45,6 +45,8 @@ pub enum NoPrimeKind {
     Noise,
     /// What is read from a delay line.
     Delay,
+    /// The slope of a table.
+    Table,
     /// A rate or a slope of a string.
     String,
     /// A friction, or its slip.
@@ -224,9 +226,10 @@ impl<'d> PrimePass<'d> {
             Node::Function(function, a) => self.function(id, function, a),
             Node::Curve(curve, x) => {
                 let dx = self.of(x)?;
-                let slope = self.dag.add(Node::Incline(curve, x));
+                let slope = self.dag.add_folded(Node::Incline(curve, x));
                 Some(self.mul(slope, dx))
             }
+            Node::Incline(..) => self.fail(NoPrimeKind::Table, id),
             Node::Linear(_, terms) => self.linear(&terms),
             Node::Min(a, b) => self.branch_taken(Cmp::Le, a, b),
             Node::Max(a, b) => self.branch_taken(Cmp::Ge, a, b),

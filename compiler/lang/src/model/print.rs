@@ -429,8 +429,14 @@ impl Printer<'_> {
                 format!("ratio({}, {})", self.value(*a, 0), self.value(*b, 0)),
                 9,
             ),
-            Node::Curve(_, x) => (format!("curve({})", self.value(*x, 0)), 9),
-            Node::Incline(_, x) => (format!("curve'({})", self.value(*x, 0)), 9),
+            Node::Curve(curve, x) => {
+                let name = curve.table().map_or("curve", |table| &table.name);
+                (format!("{name}({})", self.value(*x, 0)), 9)
+            }
+            Node::Incline(curve, x) => {
+                let name = curve.table().map_or("curve", |table| &table.name);
+                (format!("{name}'({})", self.value(*x, 0)), 9)
+            }
             Node::Neg(a) => (format!("-{}", self.value(*a, 7)), 7),
             Node::Min(a, b) => (
                 format!("min({}, {})", self.value(*a, 0), self.value(*b, 0)),

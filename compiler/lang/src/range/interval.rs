@@ -138,7 +138,7 @@ impl Interval {
     }
 
     /// One unit in the last place wider at both ends; exact zeros stay.
-    fn outwards(self) -> Interval {
+    pub(crate) fn outwards(self) -> Interval {
         let down = |x: f64| if x == 0.0 { 0.0 } else { x.next_down() };
         let up = |x: f64| if x == 0.0 { 0.0 } else { x.next_up() };
         Interval {

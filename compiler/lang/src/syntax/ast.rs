@@ -207,6 +207,19 @@ pub enum DeclKind {
         /// The longest time ago.
         lasting: Expr,
     },
+    /// `table name: type over type [cubic] { knot, .. }`, or `from "file.csv"`
+    Table {
+        /// Its name; `name(x)` is its value at `x`.
+        name: Name,
+        /// Dimension of its values.
+        ty: Name,
+        /// Dimension of what it is over.
+        over: Name,
+        /// Whether it is smooth.
+        cubic: bool,
+        /// What it goes through.
+        knots: Knots,
+    },
     /// `feed delay = expr`
     Feed {
         /// The delay.
@@ -270,6 +283,15 @@ pub enum DeclKind {
     },
 }
 
+/// What a table goes through.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Knots {
+    /// `{ x: value, .. }`
+    Listed(Vec<(Expr, Expr)>),
+    /// `from "file.csv"`, the name without its quotes.
+    File(Name),
+}
+
 /// When an event happens.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Trigger {
@@ -303,6 +325,7 @@ impl DeclKind {
             DeclKind::Pulse { name, .. } => ("pulse", name),
             DeclKind::Noise { name } => ("noise", name),
             DeclKind::Delay { name, .. } => ("delay", name),
+            DeclKind::Table { name, .. } => ("table", name),
             DeclKind::Feed { delay, .. } => ("feed", delay),
             DeclKind::Sound { name, .. } => ("sound", name),
             DeclKind::String { name, .. } => ("string", name),

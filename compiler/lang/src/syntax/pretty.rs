@@ -187,6 +187,26 @@ fn decl(one: &Decl) -> String {
             Range(range),
             Shown(lasting)
         ),
+        DeclKind::Table {
+            name,
+            ty,
+            over,
+            cubic,
+            knots,
+        } => {
+            let cubic = if *cubic { " cubic" } else { "" };
+            let knots = match knots {
+                Knots::Listed(all) => {
+                    let all = list(all, |(x, value)| format!("{}: {}", Shown(x), Shown(value)));
+                    format!("{{ {all} }}")
+                }
+                Knots::File(file) => format!("from \"{}\"", file.node),
+            };
+            format!(
+                "table {}: {} over {}{cubic} {knots}",
+                name.node, ty.node, over.node
+            )
+        }
         DeclKind::Feed { delay, value } => format!("feed {} = {}", delay.node, Shown(value)),
         DeclKind::Sound { name, side, value } => {
             let side = side

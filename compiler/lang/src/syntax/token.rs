@@ -56,7 +56,7 @@ macro_rules! tokens {
             /// A note with a sharp (`C#4`).
             #[regex("[A-G]#[0-9]+")]
             Sharp(&'s str),
-            /// A file in quotes, with them, which only `device` has behind it.
+            /// A file in quotes, with them, which only `device` and `from` have behind them.
             Text(&'s str),
             /// `///` up to the end of the line.
             #[regex("///[^\n]*", allow_greedy = true)]
@@ -129,6 +129,7 @@ tokens! {
         Inertia "inertia", Mass "mass", Torque "torque", Friction "friction", Against "against",
         Board "board", Device "device", Keys "keys",
         Programs "programs", Zones "zones", Bank "bank",
+        Table "table", Cubic "cubic", From "from",
     }
     signs {
         LeftParen "(", RightParen ")", LeftBracket "[", RightBracket "]", Comma ",", Colon ":", Dot ".", DotDot "..", Prime "'", Arrow "->", Assign ":=",
@@ -169,10 +170,12 @@ pub struct Lexed<'s> {
 }
 
 impl Lexed<'_> {
-    /// How long the file of a `device` is, behind its first quote, if it is one closed on its line.
+    /// How long the file of a device or of a table is, behind its first quote, if it is closed
+    /// on its line.
     fn file_length(&self, sign: &str, rest: &str) -> Option<usize> {
-        let is_device = self.tokens.last().is_some_and(|t| t.node == Token::Device);
-        let line = rest.lines().next().filter(|_| sign == "\"" && is_device)?;
+        let last = self.tokens.last().map(|t| t.node);
+        let names_file = matches!(last, Some(Token::Device | Token::From));
+        let line = rest.lines().next().filter(|_| sign == "\"" && names_file)?;
         line.find('"').map(|end| end + 1)
     }
 }

@@ -82,8 +82,8 @@ impl Tick<'_> {
             Node::Trial(..) | Node::Slip(_) => 0.0,
             Node::Ratio(a, b, limit) => (of(a) / of(b)).clamp(-limit.0, limit.0),
             Node::Curve(curve, x) => curve.value(model, of(x)).unwrap_or(f64::NAN),
-            // No search is left where there are curves.
-            Node::Incline(..) => 0.0,
+            // No search is left where there are curves that are no tables.
+            Node::Incline(curve, x) => curve.table().map_or(0.0, |table| table.slope(of(x))),
             Node::Neg(a) => -of(a),
             Node::Min(a, b) => of(a).min(of(b)),
             Node::Max(a, b) => of(a).max(of(b)),

@@ -506,6 +506,70 @@ pub const MOTION: &[Case] = &[
         &["WH0302"],
         "live param v = 0.5 in 0 .. 1 glide 20 mm",
     ),
+    case(
+        "tables",
+        &[],
+        "param top = 2 N table t: force over length { 0 mm: 0 N, 4 mm: top, 10 mm: 5 N } \
+         table s: N*s/m over speed cubic { -1 m/s: 1 N*s/m, 0 m/s: 2 N*s/m, 1 m/s: 4 N*s/m } \
+         let slope = t(x)' force f = t(x) force g = s(clamp(x', -1 m/s, 1 m/s)) * x' \
+         table constant: number over number { 0: 1, 1: 2 } \
+         table other: number over number { 0: 1, constant(0.5): 2 } force h = other(0.1) * 1 N",
+    ),
+    case(
+        "a table beyond its knots",
+        &["WH0530"],
+        "table t: force over length { 0 mm: 0 N, 4 mm: 2 N } force f = t(x)",
+    ),
+    case(
+        "knots that fall",
+        &["WH0531"],
+        "table t: force over length { 0 mm: 0 N, 4 mm: 2 N, 3 mm: 5 N } force f = t(x)",
+    ),
+    case(
+        "one knot",
+        &["WH0531"],
+        "table t: force over length { 0 mm: 0 N } force f = t(x)",
+    ),
+    case(
+        "a knot in other units",
+        &["WH0302"],
+        "table t: force over length { 0 mm: 0 N, 4 mm: 2 mm } force f = t(x)",
+    ),
+    case(
+        "a knot that moves",
+        &["WH0308"],
+        "table t: force over length { 0 mm: 0 N, x: 2 N } force f = t(x)",
+    ),
+    case(
+        "a table without its file",
+        &["WH0532"],
+        "table t: force over length from \"none.csv\" force f = t(x)",
+    ),
+    case(
+        "a table as a value",
+        &["WH0302"],
+        "table t: force over length { 0 mm: 0 N, 10 mm: 2 N } force f = t",
+    ),
+    case(
+        "a table at two places",
+        &["WH0210"],
+        "table t: force over length { 0 mm: 0 N, 10 mm: 2 N } force f = t(x, x)",
+    ),
+    case(
+        "a table at a speed",
+        &["WH0302"],
+        "table t: force over length { 0 mm: 0 N, 10 mm: 2 N } force f = t(x')",
+    ),
+    case(
+        "a table of itself",
+        &["WH0401"],
+        "table t: number over number { 0: 0, t(1): 2 } force f = t(0.5) * 1 N",
+    ),
+    case(
+        "the second prime of a table",
+        &["WH0402"],
+        "table t: force over length cubic { 0 mm: 0 N, 10 mm: 2 N } let a = t(x)''",
+    ),
     case("a bank from 1", &["WH0427"], "bank b over i in 1 .. 4 { }"),
     case("a bank of 65", &["WH0427"], "bank b over i in 0 .. 64 { }"),
     case(

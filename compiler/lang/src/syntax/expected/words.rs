@@ -32,7 +32,7 @@ const KINDS: &[WordKind] = &[
         covers: &[
             "sense", "live", "param", "let", "body", "states", "state", "next", "event", "pulse",
             "hold", "force", "torque", "noise", "delay", "feed", "sound", "string", "bank",
-            "defined",
+            "table", "defined",
         ],
         words: false,
     },

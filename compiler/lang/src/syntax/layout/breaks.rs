@@ -120,6 +120,10 @@ impl Writer<'_> {
     /// How loosely what stands before a piece holds to it; `None` where no line may begin.
     fn looseness(&self, at: usize) -> Option<u8> {
         use Token::*;
+        // A table's line goes on up to its braces.
+        if self.pieces[self.row].token == Table && self.pieces[at].token == Over {
+            return None;
+        }
         let behind_value = at > self.row && space::ends_value(self.pieces, self.row, at - 1);
         match self.pieces[at].token {
             Arrow => Some(9),

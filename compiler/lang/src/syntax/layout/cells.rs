@@ -53,6 +53,7 @@ pub(super) fn cuts(pieces: &[Piece], row: &Row) -> Vec<(usize, String)> {
         | RowKind::Bank
         | RowKind::String
         | RowKind::Action
+        | RowKind::Table
         | RowKind::Noise => &[],
     };
     let mut cuts: Vec<(usize, String)> = Vec::new();

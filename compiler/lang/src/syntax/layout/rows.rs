@@ -20,6 +20,7 @@ pub(super) enum RowKind {
     Event,
     /// `pulse`, `delay`.
     Pulse,
+    Table,
     Hold,
     Noise,
     /// `force`, `torque`, `sound`.
@@ -105,9 +106,9 @@ fn row(pieces: &[Piece], from: usize, to: usize, kind: RowKind, inside: Inside) 
     let brace = pieces[from..to]
         .iter()
         .position(|p| matches!(p.token, Token::Open(_)));
-    // The braces of a keyboard's line hold a list.
+    // The braces of a keyboard's line and of a table hold a list.
     let block = brace
-        .filter(|_| !matches!(kind, RowKind::PerKey | RowKind::Setting))
+        .filter(|_| !matches!(kind, RowKind::PerKey | RowKind::Setting | RowKind::Table))
         .map(|at| {
             let at_byte = |start: u32| index(pieces, start);
             let starts = match inside {
@@ -173,6 +174,7 @@ fn decl<'a>(pieces: &[Piece], decl: &'a Decl) -> Start<'a> {
             Inside::Plain(RowKind::Action, starts(actions)),
         ),
         DeclKind::Pulse { .. } | DeclKind::Delay { .. } => (RowKind::Pulse, Inside::Nothing),
+        DeclKind::Table { .. } => (RowKind::Table, Inside::Nothing),
         DeclKind::Noise { .. } => (RowKind::Noise, Inside::Nothing),
         DeclKind::Bank { decls, .. } => (RowKind::Bank, Inside::Decls(decls)),
         DeclKind::Hold { .. } => (RowKind::Hold, Inside::Nothing),

@@ -112,7 +112,7 @@ fn begins_declaration(tokens: &Tokens, i: usize) -> bool {
         }
         Some(Bank) => begins_bank(tokens, i),
         Some(Feed) => named && defines(tokens, i + 1),
-        Some(Delay) => named && at(tokens, i + 2) == Some(Colon),
+        Some(Delay | Table) => named && at(tokens, i + 2) == Some(Colon),
         Some(String) => named && at(tokens, i + 2) == Some(Along),
         Some(Force | Torque | Sound) => {
             let is_name = |place: usize| at(tokens, place).is_some_and(|t| t.name().is_some());

@@ -13,7 +13,14 @@ pub(super) fn repair<'s>(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Tokens<'s> {
     let mut taken = Vec::new();
+    let mut open = Vec::new();
     for i in 1..tokens.len() {
+        match tokens[i - 1].node {
+            Token::LeftParen | Token::Open(_) => open.push(tokens[i - 1].node),
+            Token::RightParen | Token::Close(_) => drop(open.pop()),
+            _ => {}
+        }
+        let in_list = matches!(open.last(), Some(Token::Open(_)));
         if !tokens[i].node.is_hard_keyword() {
             continue;
         }
@@ -21,7 +28,7 @@ pub(super) fn repair<'s>(
         let name = &text[span.start as usize..span.end as usize];
         if may_be_on_or_off(&tokens, i) {
             tokens[i].node = Token::Word(name);
-        } else if only_a_name(tokens[i - 1].node, at(&tokens, i + 1)) {
+        } else if only_a_name(tokens[i - 1].node, at(&tokens, i + 1), in_list) {
             let message = format!("`{name}` is a keyword and cannot be a name");
             let hint = format!("choose another name, such as `{name}_1`");
             diagnostics.push(
@@ -56,8 +63,9 @@ fn may_be_on_or_off(tokens: &Tokens, i: usize) -> bool {
     matches!(tokens[i].node, On | Off) && (asked || leaves)
 }
 
-/// Whether only a name can stand between these two.
-fn only_a_name(before: Token, after: Option<Token>) -> bool {
+/// Whether only a name can stand between these two; in a list in braces a value may stand before a
+/// colon.
+fn only_a_name(before: Token, after: Option<Token>, in_list: bool) -> bool {
     use Token::*;
     let declared = matches!(
         before,
@@ -78,7 +86,7 @@ fn only_a_name(before: Token, after: Option<Token>) -> bool {
     );
     match after {
         Some(Equals | Open(_)) => declared,
-        Some(Colon) => declared || matches!(before, LeftParen | Comma),
+        Some(Colon) => declared || before == LeftParen || before == Comma && !in_list,
         Some(When) => matches!(before, Event | Hold | Arrow),
         Some(LeftParen) => before == Emit,
         Some(Arrow) => true,

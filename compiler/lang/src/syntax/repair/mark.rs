@@ -17,7 +17,7 @@ pub(super) fn mark(mut tokens: Tokens) -> Tokens {
             continue;
         };
         let begins = match i.checked_sub(1).and_then(|before| at(&tokens, before)) {
-            Some(Token::Open(_) | Token::Close(_)) => true,
+            Some(Token::Open(_) | Token::Close(_) | Token::Text(_)) => true,
             Some(before) => before.ends_expression(),
             None => false,
         };

@@ -1,8 +1,9 @@
 //! Types that are written as units (`kg/m`, `1/s`): their tokens become one, so that a type is one
 //! name to the grammar.
 //!
-//! A type stands behind the colon of `sense`, `state`, `pulse` and `delay`, and of the parameters
-//! and results of a term; nowhere else is anything joined.
+//! A type stands behind the colon of `sense`, `state`, `pulse`, `delay` and `table`, behind the
+//! `over` of a table, and behind the colon of the parameters and results of a term; nowhere else is
+//! anything joined.
 
 use super::{Spanned, Tokens, at};
 use crate::syntax::token::Token;
@@ -50,12 +51,25 @@ fn is_one_line(text: &str, first: Span, last: Span) -> bool {
 /// Whether a type stands at a place.
 fn begins_type(tokens: &[Spanned<Token>], i: usize, in_head: bool) -> bool {
     let back = |steps: usize| i.checked_sub(steps).and_then(|before| at(tokens, before));
-    back(1) == Some(Token::Colon)
-        && (in_head
-            || matches!(
-                back(3),
-                Some(Token::Sense | Token::State | Token::Pulse | Token::Delay)
-            ))
+    let declared = matches!(
+        back(3),
+        Some(Token::Sense | Token::State | Token::Pulse | Token::Delay | Token::Table)
+    );
+    back(1) == Some(Token::Colon) && (in_head || declared)
+        || back(1) == Some(Token::Over) && is_of_table(tokens, i)
+}
+
+/// Whether what stands before a place is `table name: type over`.
+fn is_of_table(tokens: &[Spanned<Token>], i: usize) -> bool {
+    // As far back as a type of some factors is long.
+    const FAR: usize = 24;
+    let colon = tokens[..i]
+        .iter()
+        .rev()
+        .take(FAR)
+        .position(|t| t.node == Token::Colon);
+    let table = colon.and_then(|back| i.checked_sub(back + 3));
+    table.is_some_and(|table| tokens[table].node == Token::Table)
 }
 
 /// The last token of factors joined by `*` and `/`; none where there is but a name.

@@ -233,7 +233,7 @@ impl Dice {
 
     fn decl(&mut self) -> Decl {
         let (name, value) = (self.name(), self.value());
-        let kind = match self.below(18) {
+        let kind = match self.below(19) {
             0 => {
                 let (slew, over) = (self.maybe(Dice::value), self.maybe(Dice::value));
                 DeclKind::Sense {
@@ -314,6 +314,19 @@ impl Dice {
                 index: self.name(),
                 range: self.range(),
                 decls: self.maybe(Dice::decl).into_iter().collect(),
+            },
+            17 => DeclKind::Table {
+                name,
+                ty: self.ty(),
+                over: self.ty(),
+                cubic: self.below(2) == 0,
+                knots: match self.below(2) {
+                    0 => Knots::Listed(self.some(0, |d| (d.value(), d.value()))),
+                    _ => Knots::File(Spanned {
+                        node: "curves/a switch.csv".to_string(),
+                        span: Span::default(),
+                    }),
+                },
             },
             _ => DeclKind::Result { name, value },
         };

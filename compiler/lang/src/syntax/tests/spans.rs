@@ -98,6 +98,7 @@ places! {
         Pulse { name ty range lasting },
         Noise { name },
         Delay { name ty range lasting },
+        Table { name ty over knots },
         Feed { delay value },
         Sound { name side value },
         String { name along parts },
@@ -106,6 +107,7 @@ places! {
         Force { name on value },
         Result { name value },
     }
+    enum Knots { Listed(all), File(name), }
     enum Trigger { When(e), Every(e), }
     enum BodyPart {
         Coordinate { name range init rate_range rate_init span },
