@@ -1,12 +1,10 @@
-//! Bare `whippen`: every bundled instrument, checked, compiled, played and drawn, on one page; and
-//! what there is not yet.
+//! Bare `whippen`: every bundled instrument, checked, compiled, played and drawn, on one page.
 //!
 //! Everything is written below one folder. Files of other names there are left alone, and so is a
 //! profile that is already there: it may have been changed.
 
 use std::path::{Path, PathBuf};
 
-use clap::CommandFactory;
 use whippen_compiler::bundled::INSTRUMENTS;
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
@@ -21,26 +19,12 @@ use whippen_runtime::session::{self, Run};
 
 use super::motion::{MotionArgs, Positions};
 use super::run::{self, Outputs};
-use super::{Cli, command, load};
+use super::{command, load};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
 /// Where it writes.
 const FOLDER: &str = "whippen-tour";
-
-/// Commands of the design and what each will be for. One that exists is not told.
-const PLANNED: &[(&str, &str)] = &[
-    ("new", "a commented starter instrument"),
-    ("fmt", "canonical layout"),
-    ("explain", "the page of a diagnostic"),
-    ("budget", "proof that every key meets its deadline"),
-    ("build", "firmware"),
-    ("emulate", "a Cortex-M that counts cycles"),
-    ("fit", "parameters from recordings"),
-    ("experiment", "the figures of the papers"),
-    ("measure", "the technician's report"),
-    ("import", "a measured curve becomes an instrument"),
-];
 
 /// One instrument after the tour has been there.
 struct Stop {
@@ -98,7 +82,6 @@ pub fn run() -> Outcome {
         "\nforce error: largest difference between fixed point (jit) and f64 (ideal), both running free; behind a friction \
          the least change decides when something slips, so none is told"
     );
-    missing();
     page(stops)?;
     next();
     Ok(())
@@ -246,20 +229,6 @@ fn page(stops: Vec<Stop>) -> Outcome {
     };
     page.save(&at("report.html"))
         .map_err(|e| Failure::Usage(e.to_string()))
-}
-
-/// What the design promises and this program does not have.
-fn missing() {
-    let cli = Cli::command();
-    let absent = PLANNED
-        .iter()
-        .filter(|(name, _)| cli.find_subcommand(name).is_none());
-    let names: Vec<String> = absent
-        .map(|(name, what)| format!("{name} ({what})"))
-        .collect();
-    if !names.is_empty() {
-        say!("not built yet: {}", names.join(", "));
-    }
 }
 
 fn next() {

@@ -22,7 +22,7 @@ fn snap(x: f64, pressed: bool) -> f64 {
 }
 
 /// Down and up in steps of 5 um; `glitch` is a line that reads 300 gf.
-fn recorded(glitch: Option<usize>) -> String {
+pub fn recorded(glitch: Option<usize>) -> String {
     let mut text = "x_um,force_gf,actuated\n".to_string();
     let down = (0..=800).map(|n| (n, true));
     for (row, (n, pressed)) in down.chain((0..=800).rev().map(|n| (n, false))).enumerate() {

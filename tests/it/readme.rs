@@ -5,6 +5,7 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 
 use crate::cli::Shell;
+use crate::import::recorded;
 
 /// Commands that are not run here: what they hold, and who runs the like.
 const ELSEWHERE: &[(&str, &str)] = &[
@@ -49,7 +50,8 @@ fn every_command_of_the_readme_does_what_it_is_there_for() {
         .and_then(|rest| rest.split("```").next());
     let shell = Shell::new()
         .with("click.whip", program.expect("a program"))
-        .with("key.csv", &recording());
+        .with("key.csv", &recording())
+        .with("my-switch.csv", &recorded(None));
     std::fs::write(shell.path("song.mid"), SONG).expect("writable");
     let instruments = Path::new(env!("CARGO_MANIFEST_DIR")).join("instruments");
     std::fs::copy(
