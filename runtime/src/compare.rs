@@ -24,6 +24,9 @@ pub struct Deviation {
     pub max: f64,
     /// The tick of the largest.
     pub max_tick: usize,
+    /// Largest absolute difference in all other ticks: where a value jumps, one that jumps a tick
+    /// apart says nothing of the rest.
+    pub max_else: f64,
     /// Root of the mean square.
     pub rms: f64,
     /// Root of the mean square of the value itself.
@@ -138,6 +141,7 @@ impl Sums {
             export,
             max: 0.0,
             max_tick: 0,
+            max_else: 0.0,
             rms: 0.0,
             signal_rms: 0.0,
             seen: (f64::INFINITY, f64::NEG_INFINITY),
@@ -158,6 +162,7 @@ impl Sums {
                 ideal.value(0, row.export, export),
             );
             let error = (a - b).abs();
+            row.max_else = row.max_else.max(error.min(row.max));
             if error > row.max {
                 (row.max, row.max_tick) = (error, tick);
             }
