@@ -66,8 +66,8 @@ fn within_the_bars(compiled: &Compiled, positions_m: &[f64]) {
 }
 
 /// All of keys but the two-body action, whose hammer bounces without loss: there a millionth of a
-/// radian grows with every landing; and but the full action and the celesta, whose felts meet often and
-/// with a step of their damping: a tick apart is newtons for that tick.
+/// radian grows with every landing; and but the full action and the celesta, whose felts meet often
+/// and with a step of their damping: a tick apart is newtons for that tick.
 fn losing() -> Vec<Compiled> {
     let mut all = common::of_keys();
     all.retain(|compiled| {
