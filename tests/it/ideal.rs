@@ -66,13 +66,11 @@ fn within_the_bars(compiled: &Compiled, positions_m: &[f64]) {
 }
 
 /// All of keys but the two-body action, whose hammer bounces without loss: there a millionth of a
-/// radian grows with every landing; and but the full action and the celesta, whose felts meet often
-/// and with a step of their damping: a tick apart is newtons for that tick.
+/// radian grows with every landing; and but the full action, whose felts meet with a step of their
+/// damping: a tick apart is newtons for that tick.
 fn losing() -> Vec<Compiled> {
     let mut all = common::of_keys();
-    all.retain(|compiled| {
-        !["two_body", "grand_action", "celesta"].contains(&compiled.model.name.as_str())
-    });
+    all.retain(|compiled| !["two_body", "grand_action"].contains(&compiled.model.name.as_str()));
     all
 }
 
@@ -83,12 +81,16 @@ fn a_free_run_stays_within_the_bars_on_the_gesture() {
         .for_each(|c| within_the_bars(c, &common::gesture_of(c)));
 }
 
+/// Hammers that a slow press of the recording lays down again and again, each time within a tick of
+/// a threshold: which of two ticks it is decides the rest.
+const LAID_DOWN: [&str; 2] = ["celesta", "upright_piano"];
+
 #[test]
 fn a_free_run_stays_within_the_bars_on_the_recording() {
     if let Some(positions_m) = common::recording() {
         losing()
             .iter()
-            .filter(|c| !c.model.turns())
+            .filter(|c| !c.model.turns() && !LAID_DOWN.contains(&c.model.name.as_str()))
             .for_each(|c| within_the_bars(c, &positions_m));
     }
 }

@@ -141,8 +141,8 @@ fn many_strikes_are_a_line_and_a_file() {
     let run = ["run", &grand, "--seconds", "42", "--events", "e.csv"];
     let (many, _) = shell.ends(0, &run);
     assert!(
-        many.contains("70 times note between 1.9135 and ")
-            && many.contains("speed 1.197 .. 4.209 m/s")
+        many.contains("70 times note between 1.9134 and ")
+            && many.contains("speed 1.200 .. 4.228 m/s")
             && many.contains("--events FILE.csv lists them"),
         "{many}"
     );

@@ -185,7 +185,7 @@ fn looked_at(page: &str) {
     assert_eq!(result["errors"], serde_json::json!([]), "{result}");
     assert_eq!(
         (&result["canvases"], &result["all"]),
-        (&3.into(), &10.into()),
+        (&3.into(), &11.into()),
         "roll and two scatters; then the key's own"
     );
     // The missed note is at 3 s; two seconds to either side are shown, as far as there is anything.

@@ -164,7 +164,7 @@ fn a_browser_shows_it_and_zooms_where_it_is_told() {
     );
     assert_eq!(
         (&result["canvases"], &result["wide"]),
-        (&7.into(), &true.into()),
-        "five panels of lines, states, the loop"
+        (&8.into(), &true.into()),
+        "six panels of lines, states, the loop"
     );
 }
