@@ -16,7 +16,7 @@ use std::fmt::Display;
 use whippen_board::Board;
 use whippen_budget::{Bounded, Budget, NotBounded, Program as Bytes, cores};
 use whippen_firmware::{FirmwareImage, InParts, Instrument, Setup};
-use whippen_kernel::{self as kernel, without_probes};
+use whippen_kernel::{self as kernel, Kernel, without_probes};
 use whippen_keyboard::{Layout, ProgramId};
 use whippen_lang::check::{Options, Program};
 use whippen_lang::diag::Diagnostic;
@@ -204,13 +204,18 @@ pub fn specialize(
     instructions: usize,
     observer: Observer,
 ) -> Result<Modes, CompileError> {
-    let kernel = without_probes(&compiled.lowered.kernel);
-    let mut modes = modes::specialize(&kernel, instructions);
+    let modes = modes_of(&without_probes(&compiled.lowered.kernel), instructions)?;
+    observer(Pass::Modes, &modes);
+    Ok(modes)
+}
+
+/// The verified modes of a Kernel, of a whole one or of a part.
+fn modes_of(kernel: &Kernel, instructions: usize) -> Result<Modes, CompileError> {
+    let mut modes = modes::specialize(kernel, instructions);
     if modes::verify::verify(&modes).is_err() {
         modes::verify::widen(&mut modes);
+        modes::verify::verify(&modes).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
     }
-    modes::verify::verify(&modes).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
-    observer(Pass::Modes, &modes);
     Ok(modes)
 }
 
@@ -232,9 +237,7 @@ pub fn cut(compiled: &Compiled, instructions: usize) -> Result<Option<InParts>, 
     let of_part = |part: &whippen_parts::Part| {
         let kernel = &part.kernel;
         kernel::verify::verify(kernel).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
-        let modes = modes::specialize(kernel, instructions);
-        modes::verify::verify(&modes).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
-        Ok(modes)
+        modes_of(kernel, instructions)
     };
     let modes = parts.parts.iter().map(of_part).collect::<Result<_, _>>()?;
     Ok(Some(InParts { parts, modes }))
