@@ -4,6 +4,8 @@
 //! It passes through every knot, has a continuous slope and never overshoots: a calibration table
 //! stays invertible and a held key stays held.
 
+use whippen_compiler::model::table::monotone_slopes;
+
 /// Interpolates through points with increasing abscissae.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pchip {
@@ -27,7 +29,7 @@ impl Pchip {
             .zip(&width)
             .map(|(w, h)| (w[1] - w[0]) / h)
             .collect();
-        let slope = slopes(&width, &secant);
+        let slope = monotone_slopes(&width, &secant);
         Some(Pchip { x, y, slope })
     }
 
@@ -64,40 +66,6 @@ impl Pchip {
         let (left, right) = (self.slope[i] * width, self.slope[i + 1] * width);
         self.y[i]
             + u * (left + u * ((3.0 * rise - 2.0 * left - right) + u * (left + right - 2.0 * rise)))
-    }
-}
-
-fn slopes(width: &[f64], secant: &[f64]) -> Vec<f64> {
-    let last = secant.len() - 1;
-    if last == 0 {
-        return vec![secant[0]; 2];
-    }
-    let inner = (0..last).map(|i| {
-        let (a, b) = (secant[i], secant[i + 1]);
-        if a * b <= 0.0 {
-            return 0.0;
-        }
-        let (wa, wb) = (2.0 * width[i + 1] + width[i], width[i + 1] + 2.0 * width[i]);
-        (wa + wb) / (wa / a + wb / b)
-    });
-    let first = end_slope(width[0], width[1], secant[0], secant[1]);
-    let end = end_slope(width[last], width[last - 1], secant[last], secant[last - 1]);
-    std::iter::once(first)
-        .chain(inner)
-        .chain(std::iter::once(end))
-        .collect()
-}
-
-/// The slope of the parabola through the three points at an end, held back where it would
-/// overshoot.
-fn end_slope(width: f64, next_width: f64, secant: f64, next_secant: f64) -> f64 {
-    let slope = ((2.0 * width + next_width) * secant - width * next_secant) / (width + next_width);
-    if slope * secant <= 0.0 {
-        0.0
-    } else if secant * next_secant <= 0.0 && slope.abs() > 3.0 * secant.abs() {
-        3.0 * secant
-    } else {
-        slope
     }
 }
 

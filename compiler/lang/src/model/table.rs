@@ -66,19 +66,25 @@ impl Table {
             dim,
             span,
         } = head;
-        let slopes: Vec<f64> = knots.windows(2).map(|two| secant(two[0], two[1])).collect();
+        let pieces = || {
+            knots
+                .windows(2)
+                .map(|two| (two[1].0 - two[0].0, two[1].1 - two[0].1))
+        };
+        let widths: Vec<f64> = pieces().map(|(width, _)| width).collect();
+        let secants: Vec<f64> = pieces().map(|(width, rise)| rise / width).collect();
         let rises = knots.windows(2).all(|two| two[0].0 < two[1].0);
-        if slopes.is_empty() || !rises || slopes.iter().any(|slope| !slope.is_finite()) {
+        if secants.is_empty() || !rises || secants.iter().any(|slope| !slope.is_finite()) {
             return None;
         }
-        let at_knot = |knot: usize| monotone_slope(knots, &slopes, knot);
+        let slopes = monotone_slopes(&widths, &secants);
         let piece = |(at, two): (usize, &[(f64, f64)])| {
             let ((from, low), (to, high)) = (two[0], two[1]);
             let (width, rise) = (to - from, high - low);
             let coefficients = match is_cubic {
                 false => [low, rise, 0.0, 0.0],
                 true => {
-                    let (m, n) = (at_knot(at) * width, at_knot(at + 1) * width);
+                    let (m, n) = (slopes[at] * width, slopes[at + 1] * width);
                     [low, m, 3.0 * rise - 2.0 * m - n, m + n - 2.0 * rise]
                 }
             };
@@ -253,40 +259,38 @@ impl TablePiece {
     }
 }
 
-fn secant((x, low): (f64, f64), (next, high): (f64, f64)) -> f64 {
-    (high - low) / (next - x)
+/// The slopes at knots of a cubic that rises and falls only where its knots do, from the widths of
+/// its pieces and the slopes of their secants: weighted harmonic means, and at an end the parabola
+/// through three knots (Fritsch and Butland 1984).
+pub fn monotone_slopes(width: &[f64], secant: &[f64]) -> Vec<f64> {
+    let last = secant.len() - 1;
+    if last == 0 {
+        return vec![secant[0]; 2];
+    }
+    let inner = (0..last).map(|i| {
+        let (a, b) = (secant[i], secant[i + 1]);
+        if a * b <= 0.0 {
+            return 0.0;
+        }
+        let (wa, wb) = (2.0 * width[i + 1] + width[i], width[i + 1] + 2.0 * width[i]);
+        (wa + wb) / (wa / a + wb / b)
+    });
+    let first = end_slope(width[0], width[1], secant[0], secant[1]);
+    let end = end_slope(width[last], width[last - 1], secant[last], secant[last - 1]);
+    std::iter::once(first)
+        .chain(inner)
+        .chain(std::iter::once(end))
+        .collect()
 }
 
-/// The slope of a cubic table at a knot.
-fn monotone_slope(knots: &[(f64, f64)], slopes: &[f64], knot: usize) -> f64 {
-    let width = |piece: usize| knots[piece + 1].0 - knots[piece].0;
-    let last = slopes.len();
-    if last == 1 {
-        return slopes[0];
-    }
-    if knot == 0 {
-        return end_slope([width(0), width(1)], [slopes[0], slopes[1]]);
-    }
-    if knot == last {
-        let (own, other) = (last - 1, last - 2);
-        return end_slope([width(own), width(other)], [slopes[own], slopes[other]]);
-    }
-    let (before, behind) = (slopes[knot - 1], slopes[knot]);
-    if before * behind <= 0.0 {
-        return 0.0;
-    }
-    let (h, k) = (width(knot - 1), width(knot));
-    let (p, q) = (2.0 * k + h, k + 2.0 * h);
-    (p + q) / (p / before + q / behind)
-}
-
-/// The slope at an end by the parabola through three knots, kept from turning.
-fn end_slope([h, k]: [f64; 2], [own, other]: [f64; 2]) -> f64 {
-    let slope = ((2.0 * h + k) * own - h * other) / (h + k);
-    if slope * own <= 0.0 {
+/// The slope of the parabola through the three points at an end, held back where it would
+/// overshoot.
+fn end_slope(width: f64, next_width: f64, secant: f64, next_secant: f64) -> f64 {
+    let slope = ((2.0 * width + next_width) * secant - width * next_secant) / (width + next_width);
+    if slope * secant <= 0.0 {
         0.0
-    } else if own * other <= 0.0 && slope.abs() > 3.0 * own.abs() {
-        3.0 * own
+    } else if secant * next_secant <= 0.0 && slope.abs() > 3.0 * secant.abs() {
+        3.0 * secant
     } else {
         slope
     }
