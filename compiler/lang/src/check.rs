@@ -62,6 +62,7 @@ mod states;
 pub mod strand;
 mod table;
 pub(crate) mod table_file;
+mod titled_text;
 mod types;
 mod walk;
 mod zones;
@@ -72,6 +73,7 @@ mod tests;
 pub use builtin::function_names;
 pub use notes::{midi_number, note_name};
 pub use table_file::FileReader;
+pub use titled_text::{TitledText, short};
 
 use crate::diag::Diagnostic;
 use crate::model::Model;

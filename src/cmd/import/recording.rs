@@ -8,6 +8,7 @@
 //!
 //! Not here: what single points are worth (`glitches`), and how few of them are needed (`curve`).
 
+use whippen_compiler::check::{TitledText, short};
 use whippen_compiler::units::{Dim, Unit, split_title};
 
 /// Fewest points of a branch.
@@ -60,22 +61,14 @@ struct Columns {
 /// # Errors
 /// What is wrong with it, in words.
 pub fn read(text: &str) -> Result<Recording, String> {
-    let text = text.trim_start_matches('\u{feff}');
-    if text.contains('\0') {
-        return Err("it is no text".to_string());
+    let text = TitledText::of(text).map_err(|why| format!("it {why}"))?;
+    if !text.is_table() {
+        return Err("it is no table: its first line has a single column".to_string());
     }
-    let filled = |(_, line): &(usize, &str)| !line.trim().is_empty();
-    let mut lines = text.lines().enumerate().filter(filled);
-    let (_, head) = lines.next().ok_or("it is empty")?;
-    let comma = [',', ';', '\t']
-        .into_iter()
-        .find(|sign| head.contains(*sign));
-    let comma = comma.ok_or("it is no table: its first line has a single column")?;
-    let columns = Columns::find(head.split(comma).map(cell).collect())?;
+    let columns = Columns::find(&text)?;
     let mut rows = Vec::new();
-    for (at, line) in lines {
-        let cells: Vec<&str> = line.split(comma).map(cell).collect();
-        rows.extend(columns.rows(at + 1, &cells)?);
+    for (line, cells) in text.rows() {
+        rows.extend(columns.rows(line, &cells)?);
     }
     let [press, back] = branches(&rows)?;
     let closes = press.iter().position(|row| row.closed == Some(true));
@@ -93,20 +86,16 @@ pub fn read(text: &str) -> Result<Recording, String> {
     Ok(recording)
 }
 
-fn cell(text: &str) -> &str {
-    text.trim().trim_matches('"').trim()
-}
-
 impl Columns {
-    fn find(titles: Vec<&str>) -> Result<Columns, String> {
+    fn find(text: &TitledText) -> Result<Columns, String> {
+        let titles = &text.titles;
         let with = |dim: Dim| {
             let all = titles.iter().enumerate();
             let units = all.filter_map(|(at, title)| Some((at, split_title(title).1?)));
             let found: Vec<(usize, Unit)> = units.filter(|(_, unit)| unit.dim == dim).collect();
             found
         };
-        let shown: Vec<String> = titles.iter().take(8).map(|title| short(title)).collect();
-        let shown = shown.join(", ");
+        let shown = text.shown_titles();
         let one = |kind: &str, example: &str| {
             format!(
                 "it needs one column of {kind} with its unit in the title, such as `{example}`; its titles are {shown}"
@@ -334,20 +323,4 @@ fn gap(branch: &[Point], travel: f64) -> Option<[f64; 2]> {
 /// A number with three digits behind the point at most.
 pub fn rounded(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
-}
-
-/// A title or a cell in backticks, cut where it is none.
-fn short(text: &str) -> String {
-    const LONGEST: usize = 24;
-    let kept: String = text
-        .chars()
-        .take(LONGEST)
-        .filter(|c| !c.is_control())
-        .collect();
-    let rest = if text.chars().count() > LONGEST {
-        ".."
-    } else {
-        ""
-    };
-    format!("`{kept}{rest}`")
 }

@@ -9,6 +9,7 @@
 use std::collections::HashMap;
 use std::fmt;
 
+use super::titled_text::TitledText;
 use crate::model::table::Table;
 use crate::syntax::ast::{Decl, DeclKind, File, Item, Knots};
 use crate::units::{Dim, Unit, split_title};
@@ -68,38 +69,21 @@ pub type FileRow = (usize, f64, f64);
 /// # Errors
 /// What is wrong with it, in words that go on from its name.
 pub fn rows(text: &str, over: Dim, dim: Dim) -> Result<Vec<FileRow>, String> {
-    let text = text.trim_start_matches('\u{feff}');
-    if text.contains('\0') {
-        return Err("is no text".to_string());
-    }
-    let filled = |(_, line): &(usize, &str)| !line.trim().is_empty();
-    let mut lines = text.lines().enumerate().filter(filled);
-    let Some((_, head)) = lines.next() else {
-        return Err("is empty".to_string());
-    };
-    let comma = [',', ';', '\t']
-        .into_iter()
-        .find(|sign| head.contains(*sign));
-    let comma = comma.unwrap_or(',');
-    let titles: Vec<&str> = head.split(comma).map(cell).collect();
-    let (x, y) = (
-        column(&titles, over, None)?,
-        column(&titles, dim, Some(over))?,
-    );
+    let text = TitledText::of(text)?;
+    let (x, y) = (column(&text, over, None)?, column(&text, dim, Some(over))?);
     if x.0 == y.0 {
-        return Err(format!("has only one column, `{}`", titles[x.0]));
+        return Err(format!("has only one column, `{}`", text.titles[x.0]));
     }
     let mut rows = Vec::new();
-    for (line, row) in lines {
-        let cells: Vec<&str> = row.split(comma).map(cell).collect();
+    for (line, cells) in text.rows() {
         let number = |(column, unit): (usize, Unit)| match cells.get(column) {
-            None => Err(format!("line {} has {} cells only", line + 1, cells.len())),
+            None => Err(format!("line {line} has {} cells only", cells.len())),
             Some(text) => match text.parse::<f64>() {
                 Ok(number) if number.is_finite() => Ok(unit.to_si(number)),
-                _ => Err(format!("line {}: `{text}` is no number", line + 1)),
+                _ => Err(format!("line {line}: `{text}` is no number")),
             },
         };
-        rows.push((line + 1, number(x)?, number(y)?));
+        rows.push((line, number(x)?, number(y)?));
         if rows.len() > Table::KNOTS_MAX {
             return Err(format!("has more than {} rows", Table::KNOTS_MAX));
         }
@@ -107,18 +91,15 @@ pub fn rows(text: &str, over: Dim, dim: Dim) -> Result<Vec<FileRow>, String> {
     Ok(rows)
 }
 
-fn cell(text: &str) -> &str {
-    text.trim().trim_matches('"').trim()
-}
-
 /// The only column with a unit of a dimension, and its unit. Of two that are
 /// alike the first is what the table is over.
-fn column(titles: &[&str], dim: Dim, over: Option<Dim>) -> Result<(usize, Unit), String> {
+fn column(text: &TitledText, dim: Dim, over: Option<Dim>) -> Result<(usize, Unit), String> {
     let fits = |title: &str| match split_title(title).1 {
         Some(unit) if unit.dim == dim => Some(unit),
         None if dim.is_number() => Some(Unit::ONE),
         _ => None,
     };
+    let titles = &text.titles;
     let all = titles.iter().enumerate();
     let mut found = all.filter_map(|(at, title)| Some((at, fits(title)?)));
     let first = found.next();
@@ -130,8 +111,7 @@ fn column(titles: &[&str], dim: Dim, over: Option<Dim>) -> Result<(usize, Unit),
             crate::units::unit_suffix(&dim.unit())
         ),
     };
-    let shown: Vec<String> = titles.iter().take(8).map(|title| short(title)).collect();
-    let shown = shown.join(", ");
+    let shown = text.shown_titles();
     match (first, second) {
         // Of two columns alike the table is over the first.
         (Some(first), Some(_)) if titles.len() == 2 && over != Some(dim) => Ok(first),
@@ -144,22 +124,6 @@ fn column(titles: &[&str], dim: Dim, over: Option<Dim>) -> Result<(usize, Unit),
             "has no column with {wanted}: its titles are {shown}"
         )),
     }
-}
-
-/// A title in backticks, cut where it is no title.
-fn short(title: &str) -> String {
-    const LONGEST: usize = 24;
-    let kept: String = title
-        .chars()
-        .take(LONGEST)
-        .filter(|c| !c.is_control())
-        .collect();
-    let rest = if title.chars().count() > LONGEST {
-        ".."
-    } else {
-        ""
-    };
-    format!("`{kept}{rest}`")
 }
 
 #[cfg(test)]
