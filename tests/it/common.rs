@@ -142,6 +142,11 @@ fn words_on(device: &Device, positions_m: &[f64]) -> Vec<u16> {
 /// The key of the Kawai recording, 37 s at the tick rate; none where the data is absent, and the
 /// test counts as skipped.
 pub fn recording() -> Option<Vec<f64>> {
+    recording_with(0.0)
+}
+
+/// The same through a dead band of so many readings to either side.
+pub fn recording_with(dead_band: f64) -> Option<Vec<f64>> {
     let folder = whippen_need::recordings("kawai-grand")?;
     let options = MotionOptions {
         layout: Layout::Raw {
@@ -155,6 +160,7 @@ pub fn recording() -> Option<Vec<f64>> {
             dip_m: 10e-3,
         }),
         lowpass_hz: Some(200.0),
+        dead_band,
         ..MotionOptions::default()
     };
     let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ)

@@ -3,7 +3,6 @@
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
-use whippen_runtime::motion::{Layout, MotionOptions, Stops, load};
 use whippen_runtime::{resting, session};
 
 use crate::common::{self, RATE_HZ};
@@ -73,36 +72,21 @@ fn a_stated_noise_is_played_and_is_the_same_in_every_run() {
 
 #[test]
 fn a_dead_band_makes_a_noisy_recording_quiet() {
-    let Some(folder) = whippen_need::recordings("kawai-grand") else {
+    let Some(noisy) = common::recording() else {
         return;
     };
+    let banded = common::recording_with(2e-4).expect("it is there");
     let grand = common::instruments("grand-piano.whip", &[]).remove(0);
-    let played = |dead_band: f64| {
-        let options = MotionOptions {
-            layout: Layout::Raw {
-                rate_hz: 2000.0,
-                column: 2,
-                calibration: Some(folder.join("calibration_key.csv")),
-            },
-            stops: Some(Stops {
-                rest_m: 0.88e-3,
-                full_m: 12.7e-3,
-                dip_m: 10e-3,
-            }),
-            lowpass_hz: Some(200.0),
-            dead_band,
-            ..MotionOptions::default()
-        };
-        let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ);
-        let played = play(&grand, &motion.expect("it is read").positions.to_vec());
+    let played = |positions_m: &[f64]| {
+        let played = play(&grand, positions_m);
         let resting = &played.column("drive_n")[RATE_HZ as usize / 2..4 * RATE_HZ as usize];
         let mean = resting.iter().sum::<f64>() / resting.len() as f64;
         let squares: f64 = resting.iter().map(|force| (force - mean).powi(2)).sum();
         let rms_n = (squares / resting.len() as f64).sqrt();
         (rms_n, played.times("note"), played.speeds())
     };
-    let (noisy_n, times, speeds) = played(0.0);
-    let (quiet_n, quiet_times, quiet_speeds) = played(2e-4);
+    let (noisy_n, times, speeds) = played(&noisy);
+    let (quiet_n, quiet_times, quiet_speeds) = played(&banded);
     println!("at rest {noisy_n:.3} N, with a dead band {quiet_n:.3} N");
     assert!(quiet_n < noisy_n / 5.0);
     assert_eq!((times.len(), quiet_times.len()), (5, 5));
