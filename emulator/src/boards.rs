@@ -8,7 +8,7 @@
 //! start goes as after the chip's own boot ROM: core 0 from the image's vector table, core 1 of an
 //! RP waiting in ROM for its start over the FIFO.
 //!
-//! Not here, and answered with a bus fault: USB, SPI, I2C, ADC, PWM, RTC, OTP, the flash
+//! Not here, and answered with a bus fault: USB, SPI, I2C, ADC, RTC, OTP, the flash
 //! chip's own interface, HSTX, SHA-256, TRNG. Flash reads as memory that is always in the cache.
 
 use crate::board::{Board, BoardError, CoreKind, Region};
@@ -22,6 +22,7 @@ use crate::device::dma::{self, Dma};
 use crate::device::iobank::{IoBank, PadsBank};
 use crate::device::pio::{Pio, PioLayout};
 use crate::device::power::{Power, Stages, Ticks, Watchdog, Wiring};
+use crate::device::pwm::{Pwm, PwmLayout};
 use crate::device::registers::{Registers, Row};
 use crate::device::sio::{Chip, Sio};
 use crate::device::timer::Timer;
@@ -153,6 +154,7 @@ struct ChipTable {
     /// The generator of its ticks in a block of registers: the block's base, the generator's
     /// offset.
     watchdog_ticks: Option<(u32, u32)>,
+    pwm: PwmLayout,
     pios: &'static [PioLayout],
     dma: dma::Layout,
     /// Base and interrupt of the converter, which no chip has.
@@ -258,6 +260,8 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
     };
     let watchdog = Watchdog::new(clock_hz, counts_per_tick, wiring);
     bus.attach(base, BLOCK, PERIPHERAL, Box::new(watchdog));
+    let pwm = Box::new(Pwm::new(chip.pwm));
+    bus.attach(chip.pwm.base, BLOCK, PERIPHERAL, pwm);
     let pios = Pio::attach(bus, chip.pios);
     Dma::attach(bus, DMA_BASE, Dma::new(chip.dma, uarts, pios));
     bus.attach(chip.busctrl, BLOCK, PERIPHERAL, Box::new(BusCtrl::new()));

@@ -10,6 +10,7 @@
 //!   timer       microseconds and four alarms        power   switching core 1 off and on, the watchdog
 //!   uart        PL011, or an STM32's: bytes         dma     channels, paced by requests
 //!   pio         state machines on pins
+//!   pwm         slices that count and compare
 //!   iwdg        the watchdog of an STM32
 //!   converter   sensor words of N keys in, drive words out, once per tick
 //! ```
@@ -27,6 +28,7 @@ pub(crate) mod iobank;
 pub(crate) mod iwdg;
 pub(crate) mod pio;
 pub(crate) mod power;
+pub(crate) mod pwm;
 pub(crate) mod registers;
 pub(crate) mod sio;
 pub(crate) mod timer;

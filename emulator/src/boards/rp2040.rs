@@ -7,6 +7,7 @@ use crate::device::clocks;
 use crate::device::dma;
 use crate::device::pio::PioLayout;
 use crate::device::power::Stages;
+use crate::device::pwm::PwmLayout;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
@@ -138,6 +139,13 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     watchdog: (0x4005_8000, 2),
     watchdog_ticks: None,
+    pwm: PwmLayout {
+        base: 0x4005_0000,
+        slices: 8,
+        interrupt: 4,
+        lines: 1,
+        request: 24,
+    },
     pios: &[
         PioLayout {
             base: 0x5020_0000,

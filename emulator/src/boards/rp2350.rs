@@ -8,6 +8,7 @@ use crate::device::clocks;
 use crate::device::dma;
 use crate::device::pio::PioLayout;
 use crate::device::power::Stages;
+use crate::device::pwm::PwmLayout;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
@@ -114,6 +115,13 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     watchdog: (0x400d_8000, 1),
     watchdog_ticks: Some((0x4010_8000, 0x30)),
+    pwm: PwmLayout {
+        base: 0x400a_8000,
+        slices: 12,
+        interrupt: 8,
+        lines: 2,
+        request: 32,
+    },
     pios: &[
         PioLayout {
             base: 0x5020_0000,

@@ -23,6 +23,8 @@ pub(crate) struct Layout {
     pub timers: u32,
     /// The request of the first serial port's transmitter; its receiver and the second port follow.
     pub uart_request: u32,
+    /// The request of PWM's first slice, and how many there are: pulses, which channels count.
+    pub pulses: (u32, u32),
     pub bits: Bits,
 }
 
@@ -33,6 +35,7 @@ pub(crate) const RP2350: Layout = Layout {
     first_interrupt: 10,
     timers: 0x440,
     uart_request: 28,
+    pulses: (32, 12),
     bits: channel::RP2350,
 };
 
@@ -43,12 +46,15 @@ pub(crate) const RP2040: Layout = Layout {
     first_interrupt: 11,
     timers: 0x420,
     uart_request: 20,
+    pulses: (24, 8),
     bits: channel::RP2040,
 };
 
 /// Requests that are no device's: the first pacing timer, and always.
 const TIMER_REQUEST: u32 = 0x3b;
 const ALWAYS: u32 = 0x3f;
+/// What a channel's counter of requests holds at most.
+const CREDITS_MAX: u32 = 63;
 /// How often a device that does not request is asked again, in cycles.
 const POLL: u64 = 64;
 
@@ -126,6 +132,8 @@ impl Dma {
         let first = self.layout.uart_request;
         if request == ALWAYS {
             true
+        } else if self.is_pulse(request) {
+            channel.credits > 0
         } else if (TIMER_REQUEST..ALWAYS).contains(&request) {
             channel.paced_from <= cycle
         } else if (first..first + 4).contains(&request) {
@@ -142,6 +150,21 @@ impl Dma {
             let pio = self.pios.get(request as usize / 8);
             pio.and_then(|id| bus.device::<Pio>(*id))
                 .is_some_and(|pio| pio.requests(request % 8))
+        }
+    }
+
+    /// Whether a request comes in pulses, each for one transfer.
+    fn is_pulse(&self, request: u32) -> bool {
+        request.wrapping_sub(self.layout.pulses.0) < self.layout.pulses.1
+    }
+
+    /// Channels at work count the pulses that are for them.
+    fn count_pulses(&mut self, cycle: u64, bus: &mut Bus) {
+        let pulses = bus.take_request_pulses(cycle);
+        for channel in self.channels.iter_mut().filter(|channel| channel.busy) {
+            if pulses >> channel.request() & 1 != 0 {
+                channel.credits = (channel.credits + 1).min(CREDITS_MAX);
+            }
         }
     }
 
@@ -182,6 +205,8 @@ impl Dma {
     fn transfer(&mut self, index: usize, bus: &mut Bus) {
         let now = self.next;
         let ended = self.channels[index].transfer(now, bus);
+        let credits = &mut self.channels[index].credits;
+        *credits = credits.saturating_sub(1);
         self.last = index;
         self.next = now + 1;
         self.free = self.next;
@@ -335,6 +360,7 @@ impl Device for Dma {
     fn attend(&mut self, cycle: u64, bus: &mut Bus) {
         // A request may have come before the cycle that was set without it.
         self.next = self.next.min(cycle.max(self.free));
+        self.count_pulses(cycle, bus);
         self.advance(cycle, bus);
         self.interrupts(bus);
     }
