@@ -3,6 +3,7 @@
 use super::ChipTable;
 use crate::board::CoreKind;
 use crate::bus::Waits;
+use crate::device::adc::AdcLayout;
 use crate::device::clocks;
 use crate::device::dma;
 use crate::device::pio::PioLayout;
@@ -139,6 +140,13 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     watchdog: (0x4005_8000, 2),
     watchdog_ticks: None,
+    adc: AdcLayout {
+        base: 0x4004_c000,
+        interrupt: 22,
+        inputs: 4,
+        first_pin: 26,
+        room: 4,
+    },
     pwm: PwmLayout {
         base: 0x4005_0000,
         slices: 8,

@@ -4,6 +4,7 @@
 use super::ChipTable;
 use crate::board::CoreKind;
 use crate::bus::Waits;
+use crate::device::adc::AdcLayout;
 use crate::device::clocks;
 use crate::device::dma;
 use crate::device::pio::PioLayout;
@@ -115,6 +116,13 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     watchdog: (0x400d_8000, 1),
     watchdog_ticks: Some((0x4010_8000, 0x30)),
+    adc: AdcLayout {
+        base: 0x400a_0000,
+        interrupt: 35,
+        inputs: 8,
+        first_pin: 40,
+        room: 8,
+    },
     pwm: PwmLayout {
         base: 0x400a_8000,
         slices: 12,

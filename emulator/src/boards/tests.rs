@@ -30,6 +30,7 @@ fn every_board_can_be_built_and_nothing_overlaps() {
             chip.converter.0,
             chip.busctrl,
             chip.pwm.base,
+            chip.adc.base,
             DMA_BASE,
             SIO_BASE,
         ]);

@@ -4,6 +4,7 @@
 //! Not here: the checksum of passing data, and wait states of what is accessed.
 
 use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
+use crate::device::adc::Adc;
 use crate::device::alias;
 use crate::device::pio::Pio;
 use crate::device::uart::Uart;
@@ -25,6 +26,7 @@ pub(crate) struct Layout {
     pub uart_request: u32,
     /// The request of PWM's first slice, and how many there are: pulses, which channels count.
     pub pulses: (u32, u32),
+    pub adc_request: u32,
     pub bits: Bits,
 }
 
@@ -36,6 +38,7 @@ pub(crate) const RP2350: Layout = Layout {
     timers: 0x440,
     uart_request: 28,
     pulses: (32, 12),
+    adc_request: 48,
     bits: channel::RP2350,
 };
 
@@ -47,6 +50,7 @@ pub(crate) const RP2040: Layout = Layout {
     timers: 0x420,
     uart_request: 20,
     pulses: (24, 8),
+    adc_request: 36,
     bits: channel::RP2040,
 };
 
@@ -58,12 +62,18 @@ const CREDITS_MAX: u32 = 63;
 /// How often a device that does not request is asked again, in cycles.
 const POLL: u64 = 64;
 
+/// Who requests transfers.
+pub(crate) struct Requesters {
+    pub uarts: [DeviceId; 2],
+    /// Blocks of state machines, each with eight requests, from 0 on.
+    pub pios: Vec<DeviceId>,
+    pub adc: DeviceId,
+}
+
 /// See the module.
 pub(crate) struct Dma {
     layout: Layout,
-    uarts: [DeviceId; 2],
-    /// Blocks of state machines, each with eight requests, from 0 on.
-    pios: Vec<DeviceId>,
+    requesters: Requesters,
     channels: Vec<Channel>,
     raised: u32,
     enabled: [u32; 4],
@@ -79,15 +89,14 @@ pub(crate) struct Dma {
 }
 
 impl Dma {
-    pub(crate) fn new(layout: Layout, uarts: [DeviceId; 2], pios: Vec<DeviceId>) -> Self {
+    pub(crate) fn new(layout: Layout, requesters: Requesters) -> Self {
         let channels = (0..layout.channels)
             .map(|i| Channel::new(layout.bits, i))
             .collect();
         let (enabled, forced, timers) = ([0; 4], [0; 4], [0; 4]);
         Self {
             layout,
-            uarts,
-            pios,
+            requesters,
             channels,
             raised: 0,
             enabled,
@@ -138,7 +147,7 @@ impl Dma {
             channel.paced_from <= cycle
         } else if (first..first + 4).contains(&request) {
             let from = request - first;
-            let uart = bus.device::<Uart>(self.uarts[from as usize / 2]);
+            let uart = bus.device::<Uart>(self.requesters.uarts[from as usize / 2]);
             uart.is_some_and(|u| {
                 if from.is_multiple_of(2) {
                     u.requests().0
@@ -146,8 +155,11 @@ impl Dma {
                     u.requests().1
                 }
             })
+        } else if request == self.layout.adc_request {
+            let adc = bus.device::<Adc>(self.requesters.adc);
+            adc.is_some_and(Adc::requests)
         } else {
-            let pio = self.pios.get(request as usize / 8);
+            let pio = self.requesters.pios.get(request as usize / 8);
             pio.and_then(|id| bus.device::<Pio>(*id))
                 .is_some_and(|pio| pio.requests(request % 8))
         }

@@ -86,7 +86,7 @@ fn pins_are_written_as_a_logic_analyser_sees_them() {
     let board = ["emulate", "firmware.elf", "--board", "rp2350", "--vcd"];
     shell.ends(0, &[&board[..], &["pins.vcd"]].concat());
     let dump = std::fs::read_to_string(shell.path("pins.vcd")).expect("written");
-    assert_eq!(dump.matches("$var wire 1 ").count(), 4, "{}", &dump[..400]);
+    assert_eq!(dump.matches("$var wire 1 ").count(), 3, "{}", &dump[..400]);
     let named = |name: &str| {
         let wire = dump
             .lines()
@@ -152,7 +152,7 @@ fn a_tick_that_cannot_be_served_in_time_fails_the_run() {
 
 #[test]
 fn mistakes_about_boards_are_told() {
-    let Some(shell) = with_firmware("-O2") else {
+    let Some(shell) = with_firmware("-O2", "converter") else {
         return;
     };
     std::fs::write(shell.path("odd.bin"), [0; 7]).expect("writable");
