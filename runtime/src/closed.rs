@@ -187,14 +187,14 @@ pub fn record(
 }
 
 /// A key in motion, and what is recorded of it.
-struct PlayedKey<'d> {
-    plant: Plant<'d>,
+struct PlayedKey {
+    plant: Plant,
     observer: Observer,
     /// The values of the columns of this tick.
     observed: [f64; OBSERVED.len()],
 }
 
-impl Body for PlayedKey<'_> {
+impl Body for PlayedKey {
     fn move_to(&mut self, tick: usize, drive: Option<&[i16]>, places: &mut [f64]) {
         if let Some(word) = drive.and_then(<[i16]>::first) {
             self.plant.tick(*word);

@@ -34,6 +34,7 @@ use std::path::{Path, PathBuf};
 use crate::files::FileError;
 use calibration::Calibration;
 pub use errors::{Disturbance, Unseen};
+pub use pchip::Pchip;
 pub use resample::Resampled;
 use resample::resampled_len;
 
