@@ -12,6 +12,7 @@
 //! Not here: files and devices (their callers), C and host code, which take a Kernel.
 
 use std::fmt::Display;
+use whippen_rate::Rate;
 
 use whippen_board::Board;
 use whippen_budget::{Bounded, Budget, NotBounded, Program as Bytes, cores};
@@ -266,7 +267,7 @@ pub fn build(
 pub fn prove(
     image: &FirmwareImage,
     board: &Board,
-    rate_hz: u32,
+    rate_hz: Rate,
     observer: Observer,
 ) -> Result<Proof, NotBounded> {
     let bytes = Bytes::of(&image.image);
