@@ -158,6 +158,11 @@ fn longest_tick(period_cycles: u32) -> Result<u64, String> {
     let run = run(&compiled, &device, EngineKind::Emulated(on), &moves, |_| ())
         .map_err(|e| e.to_string())?;
     let load = run.load.expect("a board has one");
+    assert_eq!(
+        load.period_cycles,
+        u64::from(period_cycles),
+        "no fraction is lost"
+    );
     assert_eq!(load.cores.iter().map(|core| core.keys).sum::<u32>(), 6);
     let longest = load.cores.iter().map(|core| core.frame_cycles_max).max();
     Ok(longest.expect("cores"))

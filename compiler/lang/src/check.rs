@@ -80,7 +80,7 @@ use crate::model::Model;
 use crate::syntax::ast::File;
 use table_file::TableFiles;
 use whippen_keyboard::Layout;
-use whippen_rate::{HZ_MAX, Rate};
+use whippen_rate::{DENOMINATOR_MAX, HZ_MAX, Rate};
 use whippen_source::Span;
 
 /// The highest rate (Hz) of ticks: more is no keyboard, whose converters take longer.
@@ -93,7 +93,8 @@ pub fn tick_rate(hertz: f64) -> Result<Rate, String> {
     let rate = Rate::of_hz(hertz).filter(|rate| rate.hz() >= 1.0);
     rate.ok_or_else(|| {
         format!(
-            "a rate is from 1 to {HZ_MAX} Hz, whole or a fraction such as 150 MHz / 3400"
+            "a rate is from 1 to {HZ_MAX} Hz, or a fraction such as 150 MHz / 3400, \
+             with a denominator of at most {DENOMINATOR_MAX}"
         )
     })
 }

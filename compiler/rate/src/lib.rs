@@ -16,7 +16,7 @@ use std::str::FromStr;
 pub const HZ_MAX: u32 = 1_000_000;
 
 /// A rate that was read from a number of hertz has no larger denominator.
-const DENOMINATOR_MAX: u32 = 100_000;
+pub const DENOMINATOR_MAX: u32 = 100_000;
 
 /// Ticks per second: a fraction in lowest terms, at least one tick in 2^32 seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -70,6 +70,15 @@ impl Rate {
             }
             (before, last) = (last, next);
             rest = 1.0 / (rest - whole);
+        }
+    }
+
+    /// As a constant expression of C and of Rust, and whether that is a float: `44100`, or
+    /// `750000.0 / 17.0`, since 750000 / 17 is a whole number there.
+    pub fn constant(self) -> (String, bool) {
+        match self.fraction() {
+            [whole, 1] => (whole.to_string(), false),
+            [ticks, seconds] => (format!("{ticks}.0 / {seconds}.0"), true),
         }
     }
 
@@ -164,6 +173,7 @@ mod tests {
     fn a_rate_is_exact_from_hertz_and_back() {
         let knob = Rate::new(150_000_000, 3400).expect("a rate");
         assert_eq!(knob.to_string(), "750000/17");
+        assert_eq!(knob.constant(), ("750000.0 / 17.0".to_string(), true));
         assert_eq!(format!("{knob:#}"), "44117.647 (750000/17)");
         assert_eq!(Rate::of_hz(150e6 / 3400.0), Some(knob));
         assert_eq!("150000000/3400".parse(), Ok(knob));
