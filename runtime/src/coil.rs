@@ -15,6 +15,7 @@ use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
 use libm::{cos, exp, sin, sqrt};
+use whippen_compiler::rate::Rate;
 use whippen_compiler::stability::Resonance;
 
 use crate::device::Drive;
@@ -54,7 +55,7 @@ struct Ring {
 
 impl Coil {
     /// A drive at rest.
-    pub fn new(drive: Drive, rate_hz: u32) -> Coil {
+    pub fn new(drive: Drive, rate_hz: Rate) -> Coil {
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
         Coil {
             drive,
@@ -181,7 +182,7 @@ mod tests {
 
     /// The answer to a step of the word, step by step: time from the tick of the word (s), force.
     fn answer(drive: Drive, word: i16, ticks: usize) -> Vec<(f64, f64)> {
-        let mut coil = Coil::new(drive, RATE_HZ);
+        let mut coil = Coil::new(drive, RATE_HZ.into());
         let mut out = Vec::new();
         for _ in 0..ticks {
             coil.ask(word);
