@@ -84,6 +84,7 @@ fn images(criterion: &mut Criterion) {
     criterion.bench_function("image 88", |b| b.iter(image));
     criterion.bench_function("bound 88", |b| b.iter(bound));
     let key = device
+        .port()
         .key()
         .unwrap_or_else(|| panic!("the file says how its key moves"));
     criterion.bench_function("stability", |b| {

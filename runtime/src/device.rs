@@ -63,8 +63,6 @@ pub struct Device {
     pub ports: Vec<Port>,
     /// What its motor stands, if it says so: an image protects it.
     pub motor: Option<Motor>,
-    /// How its key moves by itself, if it says so: the stability budget and closed loops need it.
-    pub mechanics: Option<Mechanics>,
     /// How much energy its motor may give in any span of time beyond what it got (J), if that is
     /// limited.
     pub passivity_j: Option<f64>,

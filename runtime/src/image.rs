@@ -159,9 +159,8 @@ fn passivity(device: &Device, rate_hz: f64) -> Result<Option<Passivity>, String>
         .bandwidth_hz
         .map_or(0.0, |hz| rate_hz / (std::f64::consts::TAU * hz));
     let late = device.sensor().delay_samples + device.drive().delay_samples + coil;
-    let damping =
-        device.mechanics.map_or(0.0, |mechanics| mechanics.damping) * scales.sensor_lsb * rate_hz
-            / scales.drive_lsb;
+    let damping = device.port().mechanics.map_or(0.0, |m| m.damping) * scales.sensor_lsb * rate_hz
+        / scales.drive_lsb;
     let words = Passivity {
         credit: (energy_j / (scales.drive_lsb * scales.sensor_lsb)).round() as u32,
         past: 1 + late.round() as u32,

@@ -28,6 +28,7 @@ pub mod gesture;
 pub mod image;
 pub mod keyboard;
 pub mod measure;
+pub mod measured_loop;
 pub mod midi;
 pub mod motion;
 pub mod motor;

@@ -99,7 +99,7 @@ pub struct Plant<'d> {
 impl<'d> Plant<'d> {
     /// A key at rest at a place; `None` if the device does not say how its key moves.
     pub fn new(device: &'d Device, rate_hz: u32, player: Player, x: f64) -> Option<Plant<'d>> {
-        let mechanics = device.mechanics?;
+        let mechanics = device.port().mechanics?;
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
         let late = steps(device.sensor().delay_samples);
         let wanted = match &player {
@@ -290,7 +290,7 @@ mod tests {
 
     fn device(change: impl FnOnce(&mut Mechanics)) -> Device {
         let mut device = Device::mikey();
-        let mechanics = device
+        let mechanics = device.ports[0]
             .mechanics
             .as_mut()
             .expect("mikey says how its key moves");

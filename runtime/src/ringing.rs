@@ -80,7 +80,10 @@ const WORK_OF_PLANT: u64 = 100;
 /// What is said of the loop of an instrument on a device, tried out where it is not proven stable;
 /// nothing where the device does not say how its key moves.
 pub fn warnings(model: &Model, device: &Device) -> Vec<Diagnostic> {
-    let found = device.key().and_then(|key| stability::analyze(model, &key));
+    let found = device
+        .port()
+        .key()
+        .and_then(|key| stability::analyze(model, &key));
     found.map_or_else(Vec::new, |found| warnings_of(model, device, &found))
 }
 
@@ -176,7 +179,7 @@ impl<'a> Bench<'a> {
     /// The range that the sense and the stops leave.
     fn way(&self) -> Option<(f64, f64)> {
         let range = self.model.senses.first()?.range;
-        let stops = self.device.mechanics?.stops;
+        let stops = self.device.port().mechanics?.stops;
         Some(stops.map_or((range.low, range.high), |s| {
             (range.low.max(s.low), range.high.min(s.high))
         }))

@@ -130,7 +130,7 @@ impl HandArgs {
         }
         let hand = grip.hand(model.turns()).map_err(Failure::Usage)?;
         let (player, start_m, note, ticks) = self.player(model, hand, positions)?;
-        if device.mechanics.is_none() {
+        if device.port().mechanics.is_none() {
             let why = "does not say how its key moves: add `[mechanics]` to its file";
             return Err(Failure::Usage(format!(
                 "the device `{}` {why}",

@@ -1,5 +1,6 @@
 //! `whippen run`
 
+mod beside;
 mod outputs;
 mod summary;
 
@@ -99,6 +100,7 @@ impl Args {
             .cloned()
             .chain(device::file(self.device.as_deref()))
             .chain(self.settings.files())
+            .chain(self.outputs.compare.clone())
             .collect()
     }
 
@@ -116,6 +118,7 @@ impl Args {
         let wanted = [
             ("--plot", !outputs.plot.is_empty()),
             ("--report", outputs.report.is_some()),
+            ("--compare", outputs.compare.is_some()),
             ("--errors", self.errors),
         ];
         match wanted
@@ -204,7 +207,8 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     for note in device::unmeasured(&device, &model) {
         tell!("note: {note}");
     }
-    let mut positions = args.motion.load(&model)?;
+    let outputs = &args.outputs;
+    let (mut positions, measured) = beside::positions(outputs, &args.motion, &model)?;
     if let Some(on) = engine.board() {
         let on_board = &args.on_board;
         on_board.prove_instrument(checked.map, &model, &device, on)?;
@@ -215,14 +219,13 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
         positions = positions.lasting(ticks.max(1));
     }
-    let outputs = &args.outputs;
     // A watch has its own way to end.
     let stop = (!args.watch).then(interrupt::stops);
     let recording = |columns: Vec<Recorded>| {
         let recording = outputs.recording(columns, &compiled, engine)?;
         Ok(recording.starting(positions.start_s).until(stop))
     };
-    let (run, notes) = if args.hand.closes() {
+    let (mut run, notes) = if args.hand.closes() {
         let hand = &args.hand;
         hand.play(&compiled, &device, engine, &positions, recording)?
     } else {
@@ -231,6 +234,8 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         (run, positions.notes.clone())
     };
     summary::report_run(&compiled, &run, engine, &notes);
+    run.beside = measured.map(|measured| measured.beside(&compiled, &run));
+    beside::report(&run);
     outputs.finish(&compiled, &run)?;
     if let Some(path) = &outputs.report {
         let made = Made {

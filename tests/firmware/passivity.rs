@@ -72,6 +72,7 @@ fn speeds(device: &Device, seconds: f64) -> (f64, f64) {
 fn an_unstable_program_stays_bounded() {
     const CREDIT_J: f64 = 2e-3;
     let mass = Device::mikey()
+        .port()
         .mechanics
         .expect("mikey says how its key moves")
         .mass;

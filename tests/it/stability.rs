@@ -24,7 +24,7 @@ const AWAY_M: f64 = 0.05e-3;
 /// border is one of linear loops.
 fn device(friction: bool) -> Device {
     let mut device = Device::mikey();
-    let mechanics = device
+    let mechanics = device.ports[0]
         .mechanics
         .as_mut()
         .expect("mikey says how its key moves");
@@ -36,7 +36,7 @@ fn device(friction: bool) -> Device {
 }
 
 fn borders(device: &Device) -> Borders {
-    Borders::new(&device.key().expect("mechanics"), RATE_HZ, WINDOW)
+    Borders::new(&device.port().key().expect("mechanics"), RATE_HZ, WINDOW)
 }
 
 fn spring(stiffness: f64, damping: f64) -> Compiled {
@@ -151,7 +151,7 @@ fn what_is_passive_is_stable_and_keeps_what_it_gets() {
 #[test]
 fn the_analysis_of_a_program_agrees_with_the_map() {
     let device = device(true);
-    let key = device.key().expect("mechanics");
+    let key = device.port().key().expect("mechanics");
     let borders = borders(&device);
     let least = |damping: f64| {
         hands(false)
@@ -189,7 +189,7 @@ fn the_analysis_of_a_program_agrees_with_the_map() {
 #[test]
 fn a_hammer_in_contact_is_part_of_the_loop() {
     let device = device(false);
-    let key = device.key().expect("mechanics");
+    let key = device.port().key().expect("mechanics");
     let hammer = |loss: f64| {
         let text = format!(
             "instrument action {{\n    sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms\n    let squeeze = x - phi * 20 mm\n    \
@@ -220,7 +220,8 @@ fn verdicts_on_the_bundled_instruments() {
     let mut told = String::new();
     for compiled in common::of_keys() {
         let device = Device::of(&compiled.model);
-        let found = analyze(&compiled.model, &device.key().expect("mechanics")).expect("bounded");
+        let found =
+            analyze(&compiled.model, &device.port().key().expect("mechanics")).expect("bounded");
         told += &format!(
             "{}: {} modes, {}, factor {:.2} at {:.0} Hz, passive with {:.3}\n",
             compiled.model.name,

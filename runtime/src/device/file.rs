@@ -5,7 +5,7 @@ use std::path::Path;
 use whippen_compiler::units::{Dim, Quantity, parse_quantity, parse_unit};
 
 use super::port_file::{port, port_names, several};
-use super::{Device, Heat, Mechanics, Motor};
+use super::{Device, Heat, Motor};
 use crate::entries::{Entries, Known};
 use crate::files::FileError;
 
@@ -36,6 +36,14 @@ const KEYS: &[Known] = &[
     ("port.*.drive.bandwidth", "3 kHz"),
     ("port.*.motor.rated", "0.88 N"),
     ("port.*.motor.peak_time", "1 s"),
+    ("port.*.mechanics.mass", "45 g"),
+    ("port.*.mechanics.inertia", "15e-6 kg*m^2"),
+    ("port.*.mechanics.damping", "0.2 N*s/m"),
+    ("port.*.mechanics.friction", "30 mN"),
+    ("port.*.mechanics.stop_low", "0 mm"),
+    ("port.*.mechanics.stop_high", "10 mm"),
+    ("port.*.mechanics.stop_stiffness", "20 kN/m"),
+    ("port.*.mechanics.stop_damping", "20 N*s/m"),
     ("mechanics.mass", "60 g"),
     ("mechanics.inertia", "15e-6 kg*m^2"),
     ("mechanics.damping", "0.2 N*s/m"),
@@ -62,12 +70,8 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
         return several(&entries, name, &names);
     }
     let port = port(&entries, "", "")?;
-    let turns = port.turns();
     let has = |part: &str| entries.all().any(|(key, _)| key.starts_with(part));
     let motor = has("motor.").then(|| motor(&entries)).transpose()?;
-    let mechanics = has("mechanics.")
-        .then(|| Mechanics::read(&entries, turns))
-        .transpose()?;
     let passivity_j = entries
         .find("passivity.energy")
         .map(|_| entries.quantity("passivity.energy", Dim::TORQUE));
@@ -79,7 +83,6 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
         name,
         ports: vec![port],
         motor,
-        mechanics,
         passivity_j,
     })
 }
@@ -192,7 +195,7 @@ impl Entries<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Drive, FeltStops, Sensor};
+    use super::super::{Drive, FeltStops, Mechanics, Sensor};
     use super::*;
     use whippen_compiler::model::Moves;
 
@@ -320,9 +323,12 @@ stop_damping = "20 N*s/m"
             friction: 0.03,
             stops: Some(stops),
         };
-        assert_eq!(device.mechanics, Some(mechanics));
-        assert_eq!(device.key().map(|key| key.delay_ticks), Some(12.5));
-        assert_eq!(read(Path::new("test.toml"), GOOD).unwrap().key(), None);
+        assert_eq!(device.port().mechanics, Some(mechanics));
+        assert_eq!(device.port().key().map(|key| key.delay_ticks), Some(12.5));
+        assert_eq!(
+            read(Path::new("test.toml"), GOOD).unwrap().port().key(),
+            None
+        );
     }
 
     #[test]
@@ -393,6 +399,33 @@ delay = "1 sample"
             changed("[port.x.drive]", "[drive]"),
             changed("[port.push.sensor]", "[port.push]"),
         ];
+        insta::assert_snapshot!(messages.join("\n"));
+    }
+
+    #[test]
+    fn each_port_that_is_driven_moves_as_its_own_mechanics_say() {
+        let with = |of_port: &str, mass: &str| {
+            let table = "mass = \"45 g\"\ndamping = \"0.1 N*s/m\"\nfriction = \"0.26 N\"\n";
+            let table = table.replace("45 g", mass);
+            format!("{PORTS}[port.{of_port}.mechanics]\n{table}")
+        };
+        let read = |text: &str| read(Path::new("test.toml"), text);
+        let device = read(&with("x", "45 g")).unwrap();
+        let mechanics = device.ports.iter().map(|port| port.mechanics);
+        let x = Mechanics {
+            mass: 0.045,
+            damping: 0.1,
+            friction: 0.26,
+            stops: None,
+        };
+        assert_eq!(mechanics.collect::<Vec<_>>(), [Some(x), None]);
+        let refused = [
+            with("push", "45 g"),
+            with("x", "0 g"),
+            with("x", "1 kg*m^2"),
+            format!("{PORTS}[mechanics]\nmass = \"45 g\"\n"),
+        ];
+        let messages = refused.map(|text| read(&text).unwrap_err().to_string());
         insta::assert_snapshot!(messages.join("\n"));
     }
 

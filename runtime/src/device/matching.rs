@@ -57,12 +57,12 @@ impl Device {
                 bandwidth_hz: None,
             }),
             stands: None,
+            mechanics: None,
         };
         Device {
             name: Device::ASSUMED.to_string(),
             ports: model.senses.iter().map(port).collect(),
             motor: None,
-            mechanics: None,
             passivity_j: None,
         }
     }

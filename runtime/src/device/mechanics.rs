@@ -3,7 +3,7 @@
 use whippen_compiler::stability::Key;
 use whippen_compiler::units::Dim;
 
-use super::Device;
+use super::Port;
 use crate::entries::Entries;
 use crate::files::FileError;
 
@@ -35,8 +35,8 @@ pub struct FeltStops {
 }
 
 impl Mechanics {
-    /// Reads `mechanics.*` of a device file.
-    pub(super) fn read(entries: &Entries, turns: bool) -> Result<Mechanics, FileError> {
+    /// Reads the keys of a device file that begin with `part`, such as `mechanics.`.
+    pub(super) fn read(entries: &Entries, part: &str, turns: bool) -> Result<Mechanics, FileError> {
         let (position, force) = if turns {
             (Dim::NUMBER, Dim::TORQUE)
         } else {
@@ -49,7 +49,7 @@ impl Mechanics {
         };
         let (stiffness, damping) = (force.div(position), force.div(position).mul(Dim::TIME));
         let least = |key: &str, dim: Dim, zero: bool| {
-            let key = format!("mechanics.{key}");
+            let key = format!("{part}{key}");
             let value = entries.quantity(&key, dim)?;
             let good = value > 0.0 || zero && value == 0.0;
             if good {
@@ -58,10 +58,11 @@ impl Mechanics {
                 Err(entries.error(&key, "must be greater than zero"))
             }
         };
+        let stop = |end: &str| format!("{part}stop_{end}");
         let stops = || {
             let stops = FeltStops {
-                low: entries.quantity("mechanics.stop_low", position)?,
-                high: entries.quantity("mechanics.stop_high", position)?,
+                low: entries.quantity(&stop("low"), position)?,
+                high: entries.quantity(&stop("high"), position)?,
                 stiffness: least("stop_stiffness", stiffness, false)?,
                 damping: least("stop_damping", damping, true)?,
             };
@@ -69,12 +70,10 @@ impl Mechanics {
             if apart {
                 Ok(stops)
             } else {
-                Err(entries.error("mechanics.stop_high", "must lie above `mechanics.stop_low`"))
+                Err(entries.error(&stop("high"), &format!("must lie above `{}`", stop("low"))))
             }
         };
-        let has_stops = entries
-            .all()
-            .any(|(key, _)| key.starts_with("mechanics.stop_"));
+        let has_stops = entries.all().any(|(key, _)| key.starts_with(&stop("")));
         Ok(Mechanics {
             mass: least(mass_key, mass, false)?,
             damping: least("damping", damping, true)?,
@@ -84,8 +83,8 @@ impl Mechanics {
     }
 }
 
-impl Device {
-    /// The loop around a program, if the device says how its key moves.
+impl Port {
+    /// The loop around a program, if the device says how what is driven moves.
     pub fn key(&self) -> Option<Key> {
         let Mechanics {
             mass,
@@ -97,9 +96,9 @@ impl Device {
             mass,
             damping,
             friction,
-            delay_ticks: self.sensor().delay_samples + self.drive().delay_samples,
+            delay_ticks: self.sensor.delay_samples + self.drive().delay_samples,
             bandwidth_hz: self.drive().bandwidth_hz,
-            sensor_lsb: self.port().scales().sensor_lsb,
+            sensor_lsb: self.scales().sensor_lsb,
         })
     }
 }

@@ -4,6 +4,7 @@ use whippen_compiler::model::Moves;
 use whippen_compiler::scales::Scales;
 use whippen_compiler::units::Dim;
 
+use super::mechanics::Mechanics;
 use super::noise;
 
 /// A port.
@@ -21,6 +22,9 @@ pub struct Port {
     pub drive: Option<Drive>,
     /// What its motor stands, where a device with several ports says so: an image protects it.
     pub stands: Option<Stands>,
+    /// How what is driven moves by itself, if the device says so: the stability budget and closed
+    /// loops need it.
+    pub mechanics: Option<Mechanics>,
 }
 
 /// What the motor of one of several ports stands.

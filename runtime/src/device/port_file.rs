@@ -3,7 +3,7 @@
 use whippen_compiler::model::Moves;
 use whippen_compiler::units::Dim;
 
-use super::{Device, Drive, Port, Sensor, Stands};
+use super::{Device, Drive, Mechanics, Port, Sensor, Stands};
 use crate::entries::Entries;
 use crate::files::FileError;
 
@@ -44,7 +44,6 @@ pub(super) fn several(
         name,
         ports: all.collect::<Result<_, _>>()?,
         motor: None,
-        mechanics: None,
         passivity_j: None,
     })
 }
@@ -68,6 +67,7 @@ pub(super) fn port(entries: &Entries, prefix: &str, name: &str) -> Result<Port, 
     let drive = has_drive
         .then(|| drive(entries, prefix, moves))
         .transpose()?;
+    let mechanics = mechanics(entries, prefix, drive.is_some(), moves)?;
     Ok(Port {
         name: name.to_string(),
         dim,
@@ -78,7 +78,26 @@ pub(super) fn port(entries: &Entries, prefix: &str, name: &str) -> Result<Port, 
             _ => None,
         },
         drive,
+        mechanics,
     })
+}
+
+/// How what is driven moves by itself, if the file says so.
+fn mechanics(
+    entries: &Entries,
+    prefix: &str,
+    is_driven: bool,
+    moves: Moves,
+) -> Result<Option<Mechanics>, FileError> {
+    let part = format!("{prefix}mechanics.");
+    let Some((found, _)) = entries.all().find(|(key, _)| key.starts_with(&part)) else {
+        return Ok(None);
+    };
+    if !is_driven {
+        let why = format!("is of a port that is driven: `{prefix}drive` is missing");
+        return Err(entries.error(found, &why));
+    }
+    Mechanics::read(entries, &part, moves == Moves::Turns).map(Some)
 }
 
 /// What the motor of one of several ports stands, if the file says so.

@@ -23,7 +23,10 @@ pub struct StabilityBudget {
 impl StabilityBudget {
     /// `None` if the device does not say how its key moves.
     pub fn find(model: &Model, law: &Law, device: &Device) -> Option<StabilityBudget> {
-        let (found, turns) = (stability::analyze_law(law, &device.key()?)?, law.turns());
+        let (found, turns) = (
+            stability::analyze_law(law, &device.port().key()?)?,
+            law.turns(),
+        );
         Some(StabilityBudget {
             warnings: ringing::warnings_of(model, device, &found),
             found,
