@@ -13,6 +13,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
+use whippen_rate::Rate;
 
 use whippen_board::Board;
 use whippen_budget::{Bounded, Budget, NotBounded, Program as Bytes, cores};
@@ -297,7 +298,7 @@ pub fn build(
 pub fn prove(
     image: &FirmwareImage,
     board: &Board,
-    rate_hz: u32,
+    rate_hz: Rate,
     observer: Observer,
 ) -> Result<Proof, NotBounded> {
     let bytes = Bytes::of(&image.image);

@@ -5,6 +5,7 @@
 //! ```
 
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::rate::Rate;
 
 use crate::device::Device;
 use crate::engine::EngineKind;
@@ -224,7 +225,7 @@ impl Body for PlayedKey<'_> {
 /// Adds up the energy of each stroke, with what led up to it since the one before.
 struct Observer {
     begins: f64,
-    rate_hz: u32,
+    rate_hz: Rate,
     /// The first tick of the stroke that goes on.
     since: Option<usize>,
     energy: Energy,

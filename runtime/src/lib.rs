@@ -36,6 +36,7 @@ pub mod plant;
 pub mod plot;
 pub mod points;
 pub mod preset;
+pub mod rate;
 pub mod record;
 pub mod report;
 pub mod resting;

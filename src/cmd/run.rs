@@ -6,6 +6,7 @@ mod summary;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use whippen_compiler::rate::Rate;
 
 use clap::ValueHint;
 use whippen_compiler::check::{Options, Program};
@@ -74,7 +75,7 @@ pub struct Args {
     #[arg(long, value_name = "LENGTH|ANGLE", value_parser = option::noise, help_heading = "The instrument")]
     noise: Option<option::Noise>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE, help_heading = "The instrument")]
-    tick_rate: Option<u32>,
+    tick_rate: Option<Rate>,
     /// Stop after so long
     #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = option::seconds)]
     seconds: Option<f64>,
@@ -261,7 +262,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
 }
 
 /// Whether a run came to its end: ticks that were played, and that were wanted.
-pub fn ended([played, wanted]: [usize; 2], rate_hz: u32) -> Outcome {
+pub fn ended([played, wanted]: [usize; 2], rate_hz: Rate) -> Outcome {
     let seconds = |ticks: usize| ticks as f64 / f64::from(rate_hz);
     if played < wanted {
         tell!(
