@@ -95,8 +95,8 @@ impl BoardKind {
 pub struct ConverterSetup {
     /// Keys, until the program says otherwise.
     pub keys: u32,
-    /// Ticks per second, until the program says otherwise.
-    pub rate_hz: u32,
+    /// Ticks, and in how many seconds there are so many, until the program says otherwise.
+    pub rate: [u32; 2],
 }
 
 impl Default for ConverterSetup {
@@ -104,7 +104,7 @@ impl Default for ConverterSetup {
     fn default() -> Self {
         Self {
             keys: 88,
-            rate_hz: 44_100,
+            rate: [44_100, 1],
         }
     }
 }
@@ -268,7 +268,7 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
         bus.attach(base, BLOCK, PERIPHERAL, Box::new(BootRam::new()));
     }
     let (base, irq) = chip.converter;
-    let converter = Converter::new(clock_hz, irq, setup.keys, setup.rate_hz);
+    let converter = Converter::new(clock_hz, irq, setup.keys, setup.rate);
     let converter = bus.attach(base, BLOCK, PERIPHERAL, Box::new(converter));
     Ports { uarts, converter }
 }

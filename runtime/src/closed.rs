@@ -5,6 +5,7 @@
 //! ```
 
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::rate::Rate;
 
 use crate::device::Device;
 use crate::engine::EngineKind;
@@ -187,14 +188,14 @@ pub fn record(
 }
 
 /// A key in motion, and what is recorded of it.
-struct PlayedKey<'d> {
-    plant: Plant<'d>,
+struct PlayedKey {
+    plant: Plant,
     observer: Observer,
     /// The values of the columns of this tick.
     observed: [f64; OBSERVED.len()],
 }
 
-impl Body for PlayedKey<'_> {
+impl Body for PlayedKey {
     fn move_to(&mut self, tick: usize, drive: Option<&[i16]>, places: &mut [f64]) {
         if let Some(word) = drive.and_then(<[i16]>::first) {
             self.plant.tick(*word);
@@ -224,7 +225,7 @@ impl Body for PlayedKey<'_> {
 /// Adds up the energy of each stroke, with what led up to it since the one before.
 struct Observer {
     begins: f64,
-    rate_hz: u32,
+    rate_hz: Rate,
     /// The first tick of the stroke that goes on.
     since: Option<usize>,
     energy: Energy,

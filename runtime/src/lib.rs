@@ -14,6 +14,7 @@
 
 pub mod board;
 pub mod closed;
+pub mod coil;
 pub mod compare;
 pub mod decimal;
 pub mod device;
@@ -36,6 +37,7 @@ pub mod plant;
 pub mod plot;
 pub mod points;
 pub mod preset;
+pub mod rate;
 pub mod record;
 pub mod report;
 pub mod resting;

@@ -2,7 +2,7 @@
 //! ticks.
 //!
 //! ```text
-//!   word --delay, hold--> coil (bandwidth) --.
+//!   word --delay, hold--> coil --------------.
 //!   player (force, or a hand) ---------------+--> mass with friction, felt stops --> position --delay--> sensor
 //! ```
 //!
@@ -15,17 +15,17 @@
 //! for control): force times way, what is put in and what comes back. Over a stroke that begins and
 //! ends at rest, a passive key gives back less than it got.
 //!
-//! Not here: the motor's heat (`motor`), the loop around it (`closed`).
+//! Not here: the drive's stages (`coil`), the motor's heat (`motor`), the loop around it
+//! (`closed`).
 
 use std::collections::VecDeque;
+use whippen_compiler::rate::Rate;
 
 use whippen_compiler::stability::Hand;
 
+use crate::coil::{Coil, STEPS, steps};
 use crate::device::{Device, Mechanics};
 use crate::trajectory::Trajectory;
-
-/// Steps in a tick.
-pub const STEPS: usize = 16;
 
 /// What acts on the key besides the drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,33 +72,28 @@ impl Energy {
 
 /// A key in motion.
 #[derive(Debug, Clone)]
-pub struct Plant<'d> {
-    device: &'d Device,
+pub struct Plant {
     mechanics: Mechanics,
     player: Player,
     /// What the player wants in this tick: a force, or the place of the hand at its beginning and
     /// its end.
     wanted: (f64, f64),
     step_s: f64,
-    /// How much of the way to what is asked for the coil goes in a step.
-    follows: f64,
+    coil: Coil,
     x: f64,
     v: f64,
     force: f64,
     /// Positions of the last steps, the newest last: as many as the sensor is late.
     seen: VecDeque<f64>,
-    /// Forces asked for, with the steps at which they begin to act.
-    asked: VecDeque<(usize, f64)>,
-    held: f64,
     /// What lies on the key besides the player (N, down).
     weight: f64,
     step: usize,
     energy: Energy,
 }
 
-impl<'d> Plant<'d> {
+impl Plant {
     /// A key at rest at a place; `None` if the device does not say how its key moves.
-    pub fn new(device: &'d Device, rate_hz: u32, player: Player, x: f64) -> Option<Plant<'d>> {
+    pub fn new(device: &Device, rate_hz: Rate, player: Player, x: f64) -> Option<Plant> {
         let mechanics = device.port().mechanics?;
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
         let late = steps(device.sensor().delay_samples);
@@ -106,23 +101,16 @@ impl<'d> Plant<'d> {
             Player::Force(force) => (force.get(0).unwrap_or(0.0), 0.0),
             Player::Hand { target, .. } => (target.at(0), target.at(1)),
         };
-        let corner = device
-            .drive()
-            .bandwidth_hz
-            .map(|hz| std::f64::consts::TAU * hz);
         Some(Plant {
-            device,
             mechanics,
             player,
             wanted,
             step_s,
-            follows: corner.map_or(1.0, |corner| 1.0 - libm::exp(-corner * step_s)),
+            coil: Coil::new(device.drive(), rate_hz),
             x,
             v: 0.0,
             force: 0.0,
             seen: VecDeque::from(vec![x; late + 1]),
-            asked: VecDeque::new(),
-            held: 0.0,
             weight: 0.0,
             step: 0,
             energy: Energy::default(),
@@ -132,15 +120,15 @@ impl<'d> Plant<'d> {
     /// A key that is at rest at a place under a force of the drive (N, up) and as much of somebody
     /// else (down), in a hand that wants it there; then it is pushed, to move with `speed` (m/s).
     pub fn balanced(
-        device: &'d Device,
-        rate_hz: u32,
+        device: &Device,
+        rate_hz: Rate,
         player: Player,
         (x, force, speed): (f64, f64, f64),
-    ) -> Option<Plant<'d>> {
+    ) -> Option<Plant> {
         let rest = Plant::new(device, rate_hz, player, x)?;
         Some(Plant {
             force,
-            held: force,
+            coil: rest.coil.clone().holding(force),
             weight: force,
             v: speed,
             ..rest
@@ -190,19 +178,8 @@ impl<'d> Plant<'d> {
 
     /// Takes the drive's word of this tick and goes on to the next.
     pub fn tick(&mut self, word: i16) {
-        let begins = self.step + steps(self.device.drive().delay_samples);
-        self.asked
-            .push_back((begins, self.device.force_of_word(word)));
+        self.coil.ask(word);
         for _ in 0..STEPS {
-            while let Some(&(begins, force)) = self
-                .asked
-                .front()
-                .filter(|(begins, _)| *begins <= self.step)
-            {
-                debug_assert!(begins <= self.step);
-                self.held = force;
-                self.asked.pop_front();
-            }
             self.advance();
             self.seen.push_back(self.x);
             self.seen.pop_front();
@@ -230,7 +207,8 @@ impl<'d> Plant<'d> {
     }
 
     fn advance(&mut self) {
-        self.force += self.follows * (self.held - self.force);
+        self.coil.advance();
+        self.force = self.coil.force();
         let Mechanics {
             mass,
             damping,
@@ -277,11 +255,6 @@ impl<'d> Plant<'d> {
     }
 }
 
-/// Whole steps of a delay in ticks.
-fn steps(ticks: f64) -> usize {
-    (ticks * STEPS as f64).round() as usize
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,7 +280,7 @@ mod tests {
         word: i16,
         ticks: usize,
     ) -> (f64, f64, Energy) {
-        let mut plant = Plant::new(device, RATE_HZ, player, x).expect("it has mechanics");
+        let mut plant = Plant::new(device, RATE_HZ.into(), player, x).expect("it has mechanics");
         (0..ticks).for_each(|_| plant.tick(word));
         (plant.position(), plant.speed(), plant.energy)
     }
@@ -343,7 +316,8 @@ mod tests {
         let mut fast = device(|m| (m.friction, m.damping) = (0.0, 0.0));
         let drive = fast.ports[0].drive.as_mut().expect("a key is driven");
         drive.bandwidth_hz = None;
-        let mut plant = Plant::new(&fast, RATE_HZ, Player::nobody(), 5e-3).expect("mechanics");
+        let mut plant =
+            Plant::new(&fast, RATE_HZ.into(), Player::nobody(), 5e-3).expect("mechanics");
         plant.tick(1024);
         assert_eq!(plant.position(), 5e-3, "one sample late");
         plant.tick(1024);

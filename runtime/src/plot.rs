@@ -38,6 +38,7 @@ mod vibration;
 mod tests;
 
 use std::path::Path;
+use whippen_compiler::rate::Rate;
 
 use crate::files::{FileError, write_whole};
 use crate::measured_loop::MeasuredLoop;
@@ -96,7 +97,7 @@ pub struct Figure<'a> {
     /// Heading.
     pub title: String,
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// When the first tick was (s).
     pub start_s: f64,
     /// Position of the key.

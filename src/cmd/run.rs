@@ -6,6 +6,7 @@ mod summary;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use whippen_compiler::rate::Rate;
 
 use clap::ValueHint;
 use whippen_compiler::check::{Options, Program};
@@ -74,7 +75,7 @@ pub struct Args {
     #[arg(long, value_name = "LENGTH|ANGLE", value_parser = option::noise, help_heading = "The instrument")]
     noise: Option<option::Noise>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE, help_heading = "The instrument")]
-    tick_rate: Option<u32>,
+    tick_rate: Option<Rate>,
     /// Stop after so long
     #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = option::seconds)]
     seconds: Option<f64>,
@@ -226,10 +227,11 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         Ok(recording.starting(positions.start_s).until(stop))
     };
     let (mut run, notes) = if args.hand.closes() {
-        let hand = &args.hand;
-        hand.play(&compiled, &device, engine, &positions, recording)?
+        args.hand
+            .play(&compiled, &device, engine, &positions, recording)?
     } else {
-        let recording = recording(session::recorded(&compiled, &device, engine, &[]))?;
+        let columns = session::recorded_of_motion(&compiled, &device, engine);
+        let recording = recording(columns)?;
         let run = play(&compiled, &device, engine, &positions, recording)?;
         (run, positions.notes.clone())
     };
@@ -261,7 +263,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
 }
 
 /// Whether a run came to its end: ticks that were played, and that were wanted.
-pub fn ended([played, wanted]: [usize; 2], rate_hz: u32) -> Outcome {
+pub fn ended([played, wanted]: [usize; 2], rate_hz: Rate) -> Outcome {
     let seconds = |ticks: usize| ticks as f64 / f64::from(rate_hz);
     if played < wanted {
         tell!(

@@ -6,6 +6,7 @@ use whippen_compiler::front::compile_front;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::lower::LoweredEventKind;
 use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_emulator::BoardKind;
 use whippen_runtime::device::{Device, Stands};
@@ -138,7 +139,7 @@ fn longest_tick(period_cycles: u32) -> Result<u64, String> {
         force felt = if key is down then 1 N * (x / 10 mm)^2.5 else 0 N
     }";
     let options = Options {
-        rate_hz: Some(CLOCK_HZ / period_cycles),
+        rate_hz: Rate::new(CLOCK_HZ, period_cycles),
         ..Options::default()
     };
     let mut map = SourceMap::default();
@@ -157,6 +158,11 @@ fn longest_tick(period_cycles: u32) -> Result<u64, String> {
     let run = run(&compiled, &device, EngineKind::Emulated(on), &moves, |_| ())
         .map_err(|e| e.to_string())?;
     let load = run.load.expect("a board has one");
+    assert_eq!(
+        load.period_cycles,
+        u64::from(period_cycles),
+        "no fraction is lost"
+    );
     assert_eq!(load.cores.iter().map(|core| core.keys).sum::<u32>(), 6);
     let longest = load.cores.iter().map(|core| core.frame_cycles_max).max();
     Ok(longest.expect("cores"))
@@ -355,4 +361,40 @@ fn a_hot_motor_of_one_port_holds_all_back() {
         engines[1].board().expect("a board").load().cores[0].faults,
         8
     );
+}
+
+/// Converters of fewer bits are no matter of an image: words have 16 bits, and a sensor at the end
+/// of its converter reads as a rail, where a broken wire is found.
+#[test]
+fn an_image_plays_converters_of_fewer_bits() {
+    let compiled = built("hammond.whip");
+    let mut device = Device::mikey();
+    device.ports[0].sensor.bits = 12;
+    let drive = device.ports[0].drive.as_mut().expect("a key is driven");
+    drive.bits = 10;
+    let step = drive.full_scale / 512.0;
+    let moves: Vec<f64> = (0..600).map(|tick| 1e-3 + 2e-6 * f64::from(tick)).collect();
+    let traces = [
+        EngineKind::Jit,
+        EngineKind::Emulated(BoardKind::Rp2350.into()),
+    ]
+    .map(|kind| {
+        run(&compiled, &device, kind, &moves, |_| ())
+            .expect("an engine")
+            .trace
+    });
+    let [jit, board] = traces.each_ref().map(|trace| {
+        let column = trace.column("drive_n").expect("the drive");
+        column.values().to_vec()
+    });
+    assert_eq!(jit, board);
+    assert!(jit.iter().all(|force| (force / step).fract() == 0.0));
+    let mut forces = jit.clone();
+    forces.dedup();
+    assert!(forces.len() >= 3, "{forces:?}");
+    // What the coil pushes is told too, a sample later.
+    let coil = traces[0].column("coil_force_n").expect("the coil");
+    let follows = coil.values().last().zip(jit.last()).expect("ticks");
+    assert!((follows.0 - follows.1).abs() <= step);
+    assert_eq!(device.word_of_position(10.5e-3).0, u16::MAX);
 }

@@ -21,6 +21,9 @@ const SOUND_HZ: u32 = 44_100;
 /// Four bowed strings.
 const STRINGS: &str = include_str!("../programs/bowed_strings.whip");
 
+/// Four strings under a bow that moves along them.
+const VIOLIN: &str = include_str!("../../instruments/bowed-violin.whip");
+
 /// Weights that are rubbed; each tells when it is touched, and the tail tells of all of them.
 const WEIGHTS: &str = "
 instrument weights {
@@ -51,7 +54,7 @@ fn compiled(text: &str, rate_hz: u32) -> Compiled {
     let mut map = SourceMap::default();
     map.add("parts.whip", text);
     let options = Options {
-        rate_hz: Some(rate_hz),
+        rate_hz: Some(rate_hz.into()),
         ..Options::default()
     };
     let (program, diagnostics) = compile_front(&mut map, &options);

@@ -21,6 +21,7 @@ use crate::plot::decimate::{Change, Run, changes, runs};
 use crate::plot::frame::{moved, shown};
 use crate::plot::layout::by_unit;
 use crate::plot::{Figure, Machine, Series};
+use crate::rate;
 
 /// So many changes of a state are kept one by one; beyond them short visits are kept and others may
 /// be lost.
@@ -69,7 +70,7 @@ pub fn chart(figure: &Figure) -> Value {
         .map(|mark| json!([mark.t_s, mark.label]))
         .collect();
     json!({
-        "rate_hz": figure.rate_hz, "start": figure.start_s, "ticks": figure.ticks(), "columns": columns.list, "panels": panels, "machines": machines,
+        "rate_hz": rate::number(figure.rate_hz), "start": figure.start_s, "ticks": figure.ticks(), "columns": columns.list, "panels": panels, "machines": machines,
         "travel": travel, "total": total, "mark": figure.mark_name, "marks": marks,
         "measured": figure.measured.map(measured),
     })

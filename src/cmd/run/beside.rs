@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use whippen_compiler::model::{Model, Moves};
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::rate::Rate;
 use whippen_runtime::measure::sweep_motion;
 use whippen_runtime::measured_loop::{LoopDistance, MeasuredLoop};
 use whippen_runtime::session::{self, Beside, Recorded, Run};
@@ -78,7 +79,7 @@ impl Measured {
     }
 
     /// A slow press over its travel.
-    pub fn sweep(&self, rate_hz: u32) -> Positions {
+    pub fn sweep(&self, rate_hz: Rate) -> Positions {
         let places = self.of.points().map(|point| point.0);
         let [low, high] = places.fold([f64::INFINITY, f64::NEG_INFINITY], |ends, x| {
             [ends[0].min(x), ends[1].max(x)]
