@@ -203,8 +203,8 @@ struct Checked<'a> {
 fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     let (program, engine) = (checked.program, checked.engine);
     let model = load::one_key(program, name, args.keys.key)?;
-    let device = load::device(args.device.as_deref(), checked.map, program, &model)?;
-    let device = args.with_noise(device)?;
+    let device = args.device.as_deref();
+    let device = args.with_noise(load::device(device, checked.map, program, &model)?)?;
     for note in device::unmeasured(&device, &model) {
         tell!("note: {note}");
     }
@@ -230,8 +230,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         args.hand
             .play(&compiled, &device, engine, &positions, recording)?
     } else {
-        let columns = session::recorded_of_motion(&compiled, &device, engine);
-        let recording = recording(columns)?;
+        let recording = recording(session::recorded_of_motion(&compiled, &device, engine))?;
         let run = play(&compiled, &device, engine, &positions, recording)?;
         (run, positions.notes.clone())
     };
