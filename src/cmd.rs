@@ -37,6 +37,7 @@ mod setup;
 mod strings;
 mod sweep;
 mod tour;
+mod tune;
 mod watch;
 
 use clap::{Parser, Subcommand};
@@ -75,6 +76,8 @@ enum Command {
     Fit(Box<fit::Args>),
     /// Make an instrument of a recording of force over travel
     Import(import::Args),
+    /// Tune a sensor's calibration table to readings of a key that went to both ends
+    Tune(tune::Args),
     /// Compile an instrument for a microcontroller: files to link, and their bindings
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
@@ -107,6 +110,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Import(args)) => import::run(&args),
+        Some(Command::Tune(args)) => tune::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),

@@ -22,6 +22,7 @@ mod raw;
 mod resample;
 pub(crate) mod table;
 mod titled;
+pub mod tune;
 mod uniform;
 
 #[cfg(test)]
@@ -33,7 +34,7 @@ use std::path::{Path, PathBuf};
 use whippen_compiler::rate::Rate;
 
 use crate::files::FileError;
-use calibration::Calibration;
+pub use calibration::Calibration;
 pub use errors::{Disturbance, Unseen};
 pub use pchip::Pchip;
 pub use resample::Resampled;

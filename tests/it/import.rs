@@ -341,6 +341,62 @@ fn what_cannot_be_compared_is_refused_and_nothing_is_written() {
     shell.refuses(2, &args, &["is for what senses a travel"]);
 }
 
+/// Readings of a key that went to both ends tune a table, with which `run` finds the places again.
+#[test]
+fn a_table_is_tuned_and_a_run_reads_with_it() {
+    let table = "key_mm,adc_after_offset_9_gain_9\n0,0\n2,0.1\n5,0.5\n10,1\n";
+    // Rest, and presses at corners of the table, where its readings are known.
+    let corners = [(0.0, 0.0), (2.0, 0.1), (5.0, 0.5), (10.0, 1.0)];
+    let down = corners.iter().chain(corners.iter().rev());
+    let rows = corners[..1].iter().chain(down);
+    let raw: String = rows
+        .flat_map(|(_, reading)| std::iter::repeat_n(format!("{}\n", 200.0 + 3000.0 * reading), 60))
+        .collect();
+    let shell = Shell::new().with("raw.txt", &raw).with("table.csv", table);
+    let args = ["tune", "raw.txt", "--table", "table.csv", "-o", "tuned.csv"];
+    let (out, _) = shell.ends(0, &args);
+    assert!(
+        out.contains("540 readings from 200 to 3200, which rise"),
+        "{out}"
+    );
+    assert_eq!(
+        shell.lines("tuned.csv")[0],
+        "key_mm,reading_after_offset_200_gain_3000"
+    );
+    let hammond = crate::cli::bundled("hammond.whip");
+    let run = [
+        "run",
+        &hammond,
+        "--motion",
+        "raw.txt",
+        "--rate",
+        "1kHz",
+        "--calibration",
+    ];
+    let run = [&run[..], &["tuned.csv", "--out", "a.csv", "--columns", "x"]].concat();
+    shell.ends(0, &run);
+    let place = |row: usize| {
+        let lines = shell.lines("a.csv");
+        let cell = lines[row].split(',').nth(1).map(str::parse::<f64>);
+        cell.expect("a cell").expect("a number")
+    };
+    for (n, (x_mm, _)) in corners.iter().enumerate() {
+        let row = 1 + 441 * (6 * n + 9);
+        assert!(
+            (1e3 * place(row) - x_mm).abs() < 0.05,
+            "{x_mm} {}",
+            place(row)
+        );
+    }
+    let refused = |raw: &str, words: &str| {
+        let shell = Shell::new().with("raw.txt", raw).with("table.csv", table);
+        shell.refuses(2, &args, &[words]);
+    };
+    refused(&"1\n".repeat(500), "shows no key that moves");
+    refused("1\n2\n", "has 2 readings");
+    refused("x\n", "raw.txt");
+}
+
 /// Every curve of the recordings of keyswitches, where they are.
 #[test]
 fn recorded_keyswitches_come_back() {

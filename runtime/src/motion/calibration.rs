@@ -83,6 +83,41 @@ impl Calibration {
     }
 }
 
+/// Halvings with which a place's reading is found: to the last bits of a number.
+const HALVINGS: usize = 60;
+
+impl Calibration {
+    /// The least and the greatest position of the table (m).
+    pub fn ends_m(&self) -> [f64; 2] {
+        let (low, high) = self.position_m.domain();
+        let [a, b] = [low, high].map(|reading| self.position_m.at(reading));
+        [a.min(b), a.max(b)]
+    }
+
+    /// The table's reading at a position (m), without offset and gain; beyond the ends that of the
+    /// end.
+    pub fn reading(&self, position_m: f64) -> f64 {
+        let (mut low, mut high) = self.position_m.domain();
+        let [at_low, at_high] = [low, high].map(|reading| self.position_m.at(reading));
+        let rises = at_high > at_low;
+        // Ends are what they are, to the last bit.
+        if let Some((_, end)) = [(at_low, low), (at_high, high)]
+            .into_iter()
+            .find(|end| end.0 == position_m)
+        {
+            return end;
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            match (self.position_m.at(middle) < position_m) == rises {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        0.5 * (low + high)
+    }
+}
+
 fn length_unit(title: &str) -> Option<Unit> {
     split_title(title).1.filter(|unit| unit.dim == Dim::LENGTH)
 }
