@@ -59,10 +59,14 @@ impl Branch {
         while from < self.points.len() {
             // Up to a peak from which the force falls far enough, and on to the bottom of the fall.
             let (peak, foot) = self.fall_after(from, least)?;
+            if self.least_before(peak, HELD * dip_m) - self.points[foot].1 < least {
+                // It was never held: what follows the blow may still give way.
+                let fallen = |at: &usize| self.points[*at].1 <= self.points[peak].1 - least;
+                from = (peak..foot).find(fallen).unwrap_or(foot);
+                continue;
+            }
             let let_off = self.edges(peak, foot);
-            let is_slope = let_off.end_m - let_off.travel_m > LONGEST_FALL * dip_m;
-            let held = self.least_before(peak, HELD * dip_m);
-            if !is_slope && held - self.points[foot].1 >= least {
+            if let_off.end_m - let_off.travel_m <= LONGEST_FALL * dip_m {
                 return Some(let_off);
             }
             from = foot;
