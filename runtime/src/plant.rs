@@ -21,7 +21,7 @@ use std::collections::VecDeque;
 
 use whippen_compiler::stability::Hand;
 
-use crate::device::{Device, Mechanics};
+use crate::device::{Mechanics, Port};
 use crate::trajectory::Trajectory;
 
 /// Steps in a tick.
@@ -73,7 +73,7 @@ impl Energy {
 /// A key in motion.
 #[derive(Debug, Clone)]
 pub struct Plant<'d> {
-    device: &'d Device,
+    port: &'d Port,
     mechanics: Mechanics,
     player: Player,
     /// What the player wants in this tick: a force, or the place of the hand at its beginning and
@@ -98,20 +98,20 @@ pub struct Plant<'d> {
 
 impl<'d> Plant<'d> {
     /// A key at rest at a place; `None` if the device does not say how its key moves.
-    pub fn new(device: &'d Device, rate_hz: u32, player: Player, x: f64) -> Option<Plant<'d>> {
-        let mechanics = device.port().mechanics?;
+    pub fn new(port: &'d Port, rate_hz: u32, player: Player, x: f64) -> Option<Plant<'d>> {
+        let mechanics = port.mechanics?;
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
-        let late = steps(device.sensor().delay_samples);
+        let late = steps(port.sensor.delay_samples);
         let wanted = match &player {
             Player::Force(force) => (force.get(0).unwrap_or(0.0), 0.0),
             Player::Hand { target, .. } => (target.at(0), target.at(1)),
         };
-        let corner = device
+        let corner = port
             .drive()
             .bandwidth_hz
             .map(|hz| std::f64::consts::TAU * hz);
         Some(Plant {
-            device,
+            port,
             mechanics,
             player,
             wanted,
@@ -132,12 +132,12 @@ impl<'d> Plant<'d> {
     /// A key that is at rest at a place under a force of the drive (N, up) and as much of somebody
     /// else (down), in a hand that wants it there; then it is pushed, to move with `speed` (m/s).
     pub fn balanced(
-        device: &'d Device,
+        port: &'d Port,
         rate_hz: u32,
         player: Player,
         (x, force, speed): (f64, f64, f64),
     ) -> Option<Plant<'d>> {
-        let rest = Plant::new(device, rate_hz, player, x)?;
+        let rest = Plant::new(port, rate_hz, player, x)?;
         Some(Plant {
             force,
             held: force,
@@ -148,7 +148,7 @@ impl<'d> Plant<'d> {
     }
 
     /// What the sensor measures in this tick (m), late as it is; the converter is
-    /// [`Device::word_of_position`].
+    /// [`Port::word`].
     pub fn sensed(&self) -> f64 {
         self.seen.front().copied().unwrap_or(self.x)
     }
@@ -190,9 +190,9 @@ impl<'d> Plant<'d> {
 
     /// Takes the drive's word of this tick and goes on to the next.
     pub fn tick(&mut self, word: i16) {
-        let begins = self.step + steps(self.device.drive().delay_samples);
+        let begins = self.step + steps(self.port.drive().delay_samples);
         self.asked
-            .push_back((begins, self.device.force_of_word(word)));
+            .push_back((begins, self.port.drive().force(word)));
         for _ in 0..STEPS {
             while let Some(&(begins, force)) = self
                 .asked
@@ -285,6 +285,7 @@ fn steps(ticks: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::Device;
 
     const RATE_HZ: u32 = 44_100;
 
@@ -307,7 +308,7 @@ mod tests {
         word: i16,
         ticks: usize,
     ) -> (f64, f64, Energy) {
-        let mut plant = Plant::new(device, RATE_HZ, player, x).expect("it has mechanics");
+        let mut plant = Plant::new(device.port(), RATE_HZ, player, x).expect("it has mechanics");
         (0..ticks).for_each(|_| plant.tick(word));
         (plant.position(), plant.speed(), plant.energy)
     }
@@ -343,7 +344,8 @@ mod tests {
         let mut fast = device(|m| (m.friction, m.damping) = (0.0, 0.0));
         let drive = fast.ports[0].drive.as_mut().expect("a key is driven");
         drive.bandwidth_hz = None;
-        let mut plant = Plant::new(&fast, RATE_HZ, Player::nobody(), 5e-3).expect("mechanics");
+        let mut plant =
+            Plant::new(fast.port(), RATE_HZ, Player::nobody(), 5e-3).expect("mechanics");
         plant.tick(1024);
         assert_eq!(plant.position(), 5e-3, "one sample late");
         plant.tick(1024);

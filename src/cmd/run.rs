@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueHint;
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
+use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::compare::compare;
@@ -205,6 +206,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         tell!("note: {note}");
     }
     let mut positions = args.motion.load(&model)?;
+    check_movers(args, &model)?;
     if let Some(on) = engine.board() {
         let on_board = &args.on_board;
         on_board.prove_instrument(checked.map, &model, &device, on)?;
@@ -253,6 +255,15 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     } else {
         Ok(())
     }
+}
+
+/// A key that a force moves follows no recording.
+fn check_movers(args: &Args, model: &Model) -> Outcome {
+    if model.is_of_key() && args.hand.files().next().is_some() && args.motion.is_recorded() {
+        let why = "--force alone moves the key; leave --motion away";
+        return Err(Failure::Usage(why.to_string()));
+    }
+    Ok(())
 }
 
 /// Whether a run came to its end: ticks that were played, and that were wanted.

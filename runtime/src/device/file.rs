@@ -324,9 +324,15 @@ stop_damping = "20 N*s/m"
             stops: Some(stops),
         };
         assert_eq!(device.port().mechanics, Some(mechanics));
-        assert_eq!(device.port().key().map(|key| key.delay_ticks), Some(12.5));
         assert_eq!(
-            read(Path::new("test.toml"), GOOD).unwrap().port().key(),
+            device.port().key(44_100).map(|key| key.delay_ticks),
+            Some(12.5)
+        );
+        assert_eq!(
+            read(Path::new("test.toml"), GOOD)
+                .unwrap()
+                .port()
+                .key(44_100),
             None
         );
     }
