@@ -22,6 +22,7 @@ mod rust;
 
 use whippen_c99::Component;
 use whippen_isa::Arch;
+use whippen_rate::Rate;
 
 pub use c::c_header;
 pub use c_source::c_source;
@@ -101,7 +102,7 @@ pub struct Interface {
     /// The number of the first key, from which events count.
     pub first_key: u32,
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// Bytes of the state.
     pub state_bytes: u32,
     /// Words that enter, and the offset of their row.

@@ -24,6 +24,7 @@ pub use whippen_board as board;
 pub use whippen_firmware as firmware;
 pub use whippen_modes as modes;
 pub use whippen_parts as parts;
+pub use whippen_rate as rate;
 pub use whippen_target_info as target_info;
 // The proof on the bytes.
 pub use whippen_budget as budget;

@@ -7,7 +7,7 @@
 //! division would come to, and the one is taken with which the slowest core of the slowest program
 //! is fastest; of equal ones that with the most equal parts. Its image is then bounded as it
 //! stands: only the choice rests on the sums here. Members of an instrument in parts are divided in
-//! the same way.
+//! the same way; then those of one core become one part, where that is faster.
 
 use whippen_board::Board;
 use whippen_budget::{Bounded, Budget, NotBounded, Program, cores};
@@ -15,6 +15,8 @@ use whippen_firmware::{
     FirmwareImage, ImageError, Instrument, ProgramCode, Setup, build_divided, build_image,
 };
 use whippen_keyboard::{Layout, ProgramId};
+
+use crate::pipeline;
 
 /// Keys of a core, at most.
 const KEYS_MAX: u32 = 255;
@@ -78,7 +80,7 @@ pub fn build_partitioned(
 }
 
 /// The image of an instrument in parts, or that in which its members are divided by the cycles that
-/// the first one proves, if its frame is shorter.
+/// the first one proves, if its frame is shorter; or where those of a core are together, likewise.
 fn with_faster_parts(
     first: FirmwareImage,
     layout: &Layout,
@@ -90,12 +92,8 @@ fn with_faster_parts(
     let (Some(in_parts), Some(cut)) = (in_parts, first.cut()) else {
         return Ok(first);
     };
-    let frame = |image: &FirmwareImage| -> Result<Bounded, NotBounded> {
-        let mut all = cores(image, &Program::of(&image.image), board, ProgramId(0))?;
-        Ok(all.swap_remove(0))
-    };
     // What has no bound is judged by whoever wants one.
-    let Ok(bounded) = frame(&first) else {
+    let Ok(bounded) = bound_frame(&first, board) else {
         return Ok(first);
     };
     let cycles = |part: usize| {
@@ -103,17 +101,53 @@ fn with_faster_parts(
         let own = cut.and_then(|cut| cut.parts.get(part));
         own.map_or(0, |part| part.code.tick.cycles_max(1))
     };
-    let division = in_parts.divided(board.stacks.len(), cycles);
-    let known = cut.parts.iter().map(|part| part.core);
-    if known.eq(division.iter().copied().take(cut.parts.len())) {
-        return Ok(first);
-    }
-    let other = build_divided(layout, instruments, setup, board, &division);
-    let other = other.map_err(BuildError::Image)?;
-    let is_shorter = |other: &FirmwareImage| {
-        frame(other).is_ok_and(|other| other.contended.cycles_max < bounded.contended.cycles_max)
+    let mut division = in_parts.divided(board.stacks.len(), cycles);
+    let known: Vec<usize> = cut.parts.iter().map(|part| part.core).collect();
+    let mut best = (bounded.contended.cycles_max, first);
+    let build = |instruments: &[Instrument], division: &[usize]| {
+        build_divided(layout, instruments, setup, board, division).map_err(BuildError::Image)
     };
-    Ok(if is_shorter(&other) { other } else { first })
+    let is_new = known != division[..known.len()];
+    if is_new && !take_shorter(&mut best, build(instruments, &division)?, board) {
+        division[..known.len()].copy_from_slice(&known);
+    }
+    let cores = &division[1..known.len()];
+    // A defect of what is only tried is told where it is what is asked for.
+    if let Ok(Some(together)) = pipeline::together(in_parts, cores) {
+        let instruments: Vec<Instrument> = instruments
+            .iter()
+            .map(|own| Instrument {
+                parts: own.parts.and(Some(&together)),
+                ..*own
+            })
+            .collect();
+        let division = together.on_own_cores(board.stacks.len());
+        // Where it is too large for the board it stays as it is.
+        if let Ok(image) = build(&instruments, &division) {
+            take_shorter(&mut best, image, board);
+        }
+    }
+    Ok(best.1)
+}
+
+/// Takes an image whose frame is shorter; says whether it did.
+fn take_shorter(
+    (cycles, best): &mut (u64, FirmwareImage),
+    other: FirmwareImage,
+    board: &Board,
+) -> bool {
+    let found = bound_frame(&other, board).map(|bounded| bounded.contended.cycles_max);
+    let Some(found) = found.ok().filter(|found| *found < *cycles) else {
+        return false;
+    };
+    (*cycles, *best) = (found, other);
+    true
+}
+
+/// The bound of the frame of core 0.
+fn bound_frame(image: &FirmwareImage, board: &Board) -> Result<Bounded, NotBounded> {
+    let mut all = cores(image, &Program::of(&image.image), board, ProgramId(0))?;
+    Ok(all.swap_remove(0))
 }
 
 /// The image of equal parts, or where it is late that in which core 1 has the key that is over, if

@@ -11,7 +11,9 @@
 //!
 //! Not here: files and devices (their callers), C and host code, which take a Kernel.
 
+use std::collections::BTreeSet;
 use std::fmt::Display;
+use whippen_rate::Rate;
 
 use whippen_board::Board;
 use whippen_budget::{Bounded, Budget, NotBounded, Program as Bytes, cores};
@@ -29,7 +31,7 @@ use whippen_lower::scales::{PortScales, Scales};
 use whippen_lower::simplify::{self, Step};
 use whippen_lower::{self as lower, Lowered, lost, slow_port};
 use whippen_modes::{self as modes, Modes};
-use whippen_parts::{Parts, split};
+use whippen_parts::{Parts, split, split_together};
 use whippen_source::SourceMap;
 
 pub use crate::partition::BuildError;
@@ -234,13 +236,43 @@ pub fn cut(compiled: &Compiled, instructions: usize) -> Result<Option<InParts>, 
     let Some(parts) = split(&whole).filter(is_heard) else {
         return Ok(None);
     };
+    with_modes(whole, parts, instructions).map(Some)
+}
+
+fn with_modes(whole: Kernel, parts: Parts, instructions: usize) -> Result<InParts, CompileError> {
     let of_part = |part: &whippen_parts::Part| {
         let kernel = &part.kernel;
         kernel::verify::verify(kernel).map_err(|all| defect(Pass::Modes, &kernel.name, &all))?;
         modes_of(kernel, instructions)
     };
     let modes = parts.parts.iter().map(of_part).collect::<Result<_, _>>()?;
-    Ok(Some(InParts { parts, modes }))
+    Ok(InParts {
+        whole,
+        instructions,
+        parts,
+        modes,
+    })
+}
+
+/// An instrument in parts whose members are together where they have one core: that of each is
+/// given. None where no core has two, or where one has several modes, which those of others would
+/// multiply.
+///
+/// # Errors
+/// A defect.
+pub(crate) fn together(
+    in_parts: &InParts,
+    cores: &[usize],
+) -> Result<Option<InParts>, CompileError> {
+    let mut members = in_parts.modes.iter().skip(1).take(cores.len());
+    let numbers: BTreeSet<usize> = cores.iter().copied().collect();
+    if numbers.len() == cores.len() || members.any(|modes| modes.modes.len() > 1) {
+        return Ok(None);
+    }
+    let cores: Vec<u32> = cores.iter().map(|core| *core as u32).collect();
+    let parts = split_together(&in_parts.whole, &cores);
+    let with_modes = |parts| with_modes(in_parts.whole.clone(), parts, in_parts.instructions);
+    parts.map(with_modes).transpose()
 }
 
 /// Modes to Image: code of the keys, partition, firmware, linking.
@@ -266,7 +298,7 @@ pub fn build(
 pub fn prove(
     image: &FirmwareImage,
     board: &Board,
-    rate_hz: u32,
+    rate_hz: Rate,
     observer: Observer,
 ) -> Result<Proof, NotBounded> {
     let bytes = Bytes::of(&image.image);

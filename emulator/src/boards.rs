@@ -8,16 +8,19 @@
 //! start goes as after the chip's own boot ROM: core 0 from the image's vector table, core 1 of an
 //! RP waiting in ROM for its start over the FIFO.
 //!
-//! Not here, and answered with a bus fault: PIO, USB, SPI, I2C, ADC, PWM, RTC, OTP, the flash
+//! Not here, and answered with a bus fault: USB, SPI, I2C, ADC, PWM, RTC, OTP, the flash
 //! chip's own interface, HSTX, SHA-256, TRNG. Flash reads as memory that is always in the cache.
 
 use crate::board::{Board, BoardError, CoreKind, Region};
 use crate::bus::{Bus, DeviceId, Waits};
+use crate::device::alias::BLOCK;
 use crate::device::bootram::BootRam;
 use crate::device::busctrl::BusCtrl;
 use crate::device::clocks::{self, Clocks, Resets};
 use crate::device::converter::Converter;
 use crate::device::dma::{self, Dma};
+use crate::device::iobank::{IoBank, PadsBank};
+use crate::device::pio::{Pio, PioLayout};
 use crate::device::power::{Power, Stages, Ticks, Watchdog, Wiring};
 use crate::device::registers::{Registers, Row};
 use crate::device::sio::{Chip, Sio};
@@ -26,6 +29,7 @@ use crate::device::uart::Uart;
 use crate::fabric::Banks;
 use crate::lines::Start;
 use crate::machine::Machine;
+use crate::pins::{PinLayout, Pins};
 
 mod rp2040;
 mod rp2350;
@@ -89,8 +93,8 @@ impl BoardKind {
 pub struct ConverterSetup {
     /// Keys, until the program says otherwise.
     pub keys: u32,
-    /// Ticks per second, until the program says otherwise.
-    pub rate_hz: u32,
+    /// Ticks, and in how many seconds there are so many, until the program says otherwise.
+    pub rate: [u32; 2],
 }
 
 impl Default for ConverterSetup {
@@ -98,7 +102,7 @@ impl Default for ConverterSetup {
     fn default() -> Self {
         Self {
             keys: 88,
-            rate_hz: 44_100,
+            rate: [44_100, 1],
         }
     }
 }
@@ -130,6 +134,10 @@ struct ChipTable {
     clocks: (u32, clocks::ClockLayout),
     /// Base of the resets, their registers, the blocks that need clk_peri to leave theirs.
     resets: (u32, &'static [Row], u32),
+    /// Function selects and pads of pins: base and registers.
+    io_bank: (u32, &'static [Row]),
+    pads: (u32, &'static [Row]),
+    pins: PinLayout,
     /// SIO, and how much faster than memory it is.
     sio: Chip,
     sio_waits: Waits,
@@ -145,6 +153,7 @@ struct ChipTable {
     /// The generator of its ticks in a block of registers: the block's base, the generator's
     /// offset.
     watchdog_ticks: Option<(u32, u32)>,
+    pios: &'static [PioLayout],
     dma: dma::Layout,
     /// Base and interrupt of the converter, which no chip has.
     converter: (u32, usize),
@@ -157,8 +166,6 @@ struct ChipTable {
 const PERIPHERAL: Waits = Waits { read: 2, write: 3 };
 const DMA_BASE: u32 = 0x5000_0000;
 const SIO_BASE: u32 = 0xd000_0000;
-/// A peripheral's block with its copies, and a whole slot of the peripheral bus.
-const BLOCK: u32 = 0x4000;
 
 impl ChipTable {
     /// Where core 1 begins: the second word of the ROM's vector table.
@@ -208,6 +215,7 @@ pub fn build(
 
 fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Ports {
     let clock_hz = chip.clock_hz;
+    attach_pins(chip, bus);
     let sio = bus.attach(
         SIO_BASE,
         0x1000,
@@ -250,20 +258,24 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
     };
     let watchdog = Watchdog::new(clock_hz, counts_per_tick, wiring);
     bus.attach(base, BLOCK, PERIPHERAL, Box::new(watchdog));
-    bus.attach(
-        DMA_BASE,
-        BLOCK,
-        Waits::default(),
-        Box::new(Dma::new(chip.dma, uarts)),
-    );
+    let pios = Pio::attach(bus, chip.pios);
+    Dma::attach(bus, DMA_BASE, Dma::new(chip.dma, uarts, pios));
     bus.attach(chip.busctrl, BLOCK, PERIPHERAL, Box::new(BusCtrl::new()));
     if let Some(base) = chip.bootram {
         bus.attach(base, BLOCK, PERIPHERAL, Box::new(BootRam::new()));
     }
     let (base, irq) = chip.converter;
-    let converter = Converter::new(clock_hz, irq, setup.keys, setup.rate_hz);
+    let converter = Converter::new(clock_hz, irq, setup.keys, setup.rate);
     let converter = bus.attach(base, BLOCK, PERIPHERAL, Box::new(converter));
     Ports { uarts, converter }
+}
+
+fn attach_pins(chip: &'static ChipTable, bus: &mut Bus) {
+    bus.pins = Pins::new(chip.pins);
+    let (base, rows) = chip.io_bank;
+    bus.attach(base, BLOCK, PERIPHERAL, Box::new(IoBank::new(rows)));
+    let (base, rows) = chip.pads;
+    bus.attach(base, BLOCK, PERIPHERAL, Box::new(PadsBank::new(rows)));
 }
 
 #[cfg(test)]

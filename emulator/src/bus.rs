@@ -1,4 +1,4 @@
-//! The bus: plain memory, devices, and the lines from devices to cores.
+//! The bus: plain memory, devices, the lines from devices to cores, and the pins.
 //!
 //! A device is whatever answers reads and writes in a range of addresses. Plain memory never asks
 //! the bus; a device is asked with the exact cycle of the access, and is woken when it said it
@@ -11,6 +11,7 @@ use crate::board::{Board, BoardError};
 use crate::fabric::Fabric;
 use crate::lines::Lines;
 use crate::memory::Memory;
+use crate::pins::Pins;
 use std::any::Any;
 
 /// One access to a device.
@@ -67,11 +68,23 @@ pub struct Waits {
     pub write: i8,
 }
 
+/// What devices tell each other of without an access.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Notices {
+    /// A pin has changed its level.
+    pub pins: bool,
+    /// A request of a device for a DMA has changed.
+    pub requests: bool,
+}
+
 struct Slot {
     base: u32,
     bytes: u32,
     waits: Waits,
     due: u64,
+    /// What wakes it besides, and the cycle in which it will.
+    watches: Notices,
+    noticed: u64,
     /// Absent while it acts.
     device: Option<Box<dyn Device>>,
 }
@@ -86,9 +99,13 @@ pub struct Bus {
     pub memory: Memory,
     /// Interrupts and events, devices to cores.
     pub lines: Lines,
+    /// What is on the pins.
+    pub pins: Pins,
     /// Who waits for whom.
     pub(crate) fabric: Fabric,
     slots: Vec<Slot>,
+    /// Whether a request for a DMA has changed since the DMA was told.
+    pub(crate) requests_changed: bool,
     /// The earliest cycle in which one of them wants attention.
     due: u64,
     /// The address that each core's exclusive monitor guards.
@@ -101,8 +118,10 @@ impl Bus {
         Ok(Self {
             memory: Memory::new(board)?,
             lines,
+            pins: Pins::none(),
             fabric: Fabric::new(&board.banks),
             slots: Vec::new(),
+            requests_changed: false,
             due: u64::MAX,
             exclusives: vec![None; board.cores],
         })
@@ -140,10 +159,19 @@ impl Bus {
             bytes,
             waits,
             due: u64::MAX,
+            watches: Notices::default(),
+            noticed: u64::MAX,
             device: Some(device),
         });
         self.set_due(index, due);
         DeviceId(index)
+    }
+
+    /// Calls the device too when there is notice of something, in the cycle after.
+    pub(crate) fn watch(&mut self, id: DeviceId, watches: Notices) {
+        if let Some(slot) = self.slots.get_mut(id.0) {
+            slot.watches = watches;
+        }
     }
 
     /// The device as what it is.
@@ -171,6 +199,7 @@ impl Bus {
     }
 
     fn set_due(&mut self, index: usize, due: u64) {
+        let due = due.min(self.slots[index].noticed);
         if self.slots[index].due != due {
             self.slots[index].due = due;
             self.due = self.slots.iter().map(|s| s.due).min().unwrap_or(u64::MAX);
@@ -183,11 +212,46 @@ impl Bus {
         devices.for_each(|device| device.reset());
     }
 
-    /// Calls every device that is due.
+    /// Calls every device that is due, in the order of time, each in the cycle that it asked for.
     pub(crate) fn attend(&mut self, cycle: u64) {
+        while let Some((due, index)) = self.next_due().filter(|(due, _)| *due <= cycle) {
+            self.slots[index].noticed = u64::MAX;
+            self.with_device(index, |device, bus| device.attend(due, bus));
+            self.give_notice(due);
+            let slot = &self.slots[index];
+            if slot.device.is_some() && slot.due <= due {
+                self.set_due(index, due + 1);
+            }
+        }
+    }
+
+    /// The device that is due first, of those that are not acting.
+    fn next_due(&self) -> Option<(u64, usize)> {
+        let present = self.slots.iter().enumerate();
+        let dues = present.filter(|(_, slot)| slot.device.is_some() && slot.due != u64::MAX);
+        dues.map(|(index, slot)| (slot.due, index)).min()
+    }
+
+    /// Everything that is due before a core's access is done before it.
+    fn catch_up(&mut self, core: usize, cycle: u64) {
+        if self.due <= cycle && core != Access::DMA {
+            self.attend(cycle);
+        }
+    }
+
+    /// Calls those who watch what has just changed, in the next cycle.
+    pub(crate) fn give_notice(&mut self, cycle: u64) {
+        let pins = self.pins.take_changed();
+        let requests = std::mem::take(&mut self.requests_changed);
+        if !pins && !requests {
+            return;
+        }
         for index in 0..self.slots.len() {
-            if self.slots[index].due <= cycle {
-                self.with_device(index, |device, bus| device.attend(cycle, bus));
+            let watches = self.slots[index].watches;
+            if watches.pins && pins || watches.requests && requests {
+                let noticed = &mut self.slots[index].noticed;
+                *noticed = (cycle + 1).min(*noticed);
+                self.set_due(index, self.slots[index].due);
             }
         }
     }
@@ -236,6 +300,7 @@ impl Bus {
         cycle: u64,
     ) -> Result<(u32, i8), BusError> {
         let (index, offset) = self.find(address)?;
+        self.catch_up(core, cycle);
         let value = self
             .with_device(index, |d, bus| {
                 d.read(
@@ -249,6 +314,7 @@ impl Bus {
                 )
             })
             .ok_or(BusError)??;
+        self.give_notice(cycle);
         Ok((value, self.slots[index].waits.read))
     }
 
@@ -261,6 +327,7 @@ impl Bus {
         cycle: u64,
     ) -> Result<i8, BusError> {
         let (index, offset) = self.find(address)?;
+        self.catch_up(core, cycle);
         self.with_device(index, |d, bus| {
             d.write(
                 Access {
@@ -274,6 +341,7 @@ impl Bus {
             )
         })
         .ok_or(BusError)??;
+        self.give_notice(cycle);
         Ok(self.slots[index].waits.write)
     }
 
@@ -285,6 +353,12 @@ impl Bus {
             .position(|s| offset(s) < s.bytes)
             .ok_or(BusError)?;
         Ok((index, offset(&self.slots[index])))
+    }
+
+    /// The device at an address.
+    #[cfg(test)]
+    pub(crate) fn at(&self, address: u32) -> Option<DeviceId> {
+        self.find(address).ok().map(|(index, _)| DeviceId(index))
     }
 
     /// Lets a device act on the rest of the bus. Nothing when it is acting already.

@@ -242,7 +242,7 @@ fn motion(bytes: &[u8]) -> Result<(), String> {
                 lowpass_hz,
                 ..MotionOptions::default()
             },
-            44_100,
+            44_100.into(),
         ) && motion.positions.to_vec().iter().any(|x| !x.is_finite())
         {
             return Err("a position is not finite".to_string());

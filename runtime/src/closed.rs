@@ -9,6 +9,7 @@
 //! alone: arms are taken as moving in each direction by itself.
 
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::rate::Rate;
 
 use whippen_compiler::model::{Model, Sense};
 
@@ -367,7 +368,7 @@ impl Body for PlayedPorts<'_> {
 /// Adds up the energy of each stroke, with what led up to it since the one before.
 struct Observer {
     begins: f64,
-    rate_hz: u32,
+    rate_hz: Rate,
     /// The first tick of the stroke that goes on.
     since: Option<usize>,
     energy: Energy,
@@ -377,7 +378,7 @@ struct Observer {
 }
 
 impl Observer {
-    fn new(sense: Option<&Sense>, rate_hz: u32) -> Observer {
+    fn new(sense: Option<&Sense>, rate_hz: Rate) -> Observer {
         let (low, high) = sense.map_or((0.0, 1.0), |s| (s.range.low, s.range.high));
         Observer {
             begins: low.max(0.0) + STROKE * (high - low.max(0.0)),

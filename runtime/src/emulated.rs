@@ -28,6 +28,7 @@ use whippen_compiler::kernel::Kernel;
 use whippen_compiler::keyboard::{CoreId, Layout, ProgramId};
 use whippen_compiler::modes::INSTRUCTIONS;
 use whippen_compiler::pipeline::{self, Compiled, unobserved};
+use whippen_compiler::rate::Rate;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Stop};
 
 use self::load::Frames;
@@ -146,14 +147,14 @@ impl Emulated {
         image: FirmwareImage,
         kernels: Vec<Kernel>,
         keys: usize,
-        rate_hz: u32,
+        rate_hz: Rate,
         board: &Board,
         kind: BoardKind,
     ) -> Result<Emulated, String> {
         let converter = ConverterSetup {
             // The firmware says how many words there are.
             keys: image.keys_of_cores.iter().sum(),
-            rate_hz,
+            rate: rate_hz.fraction(),
         };
         let (mut machine, ports) =
             whippen_emulator::build(kind, kind.board(), converter).map_err(|e| e.to_string())?;
@@ -165,7 +166,7 @@ impl Emulated {
         }
         machine.reset();
         let load = Load {
-            period_cycles: u64::from(board.clock_hz / rate_hz),
+            period_cycles: rate_hz.cycles_min(board.clock_hz),
             ..Load::default()
         };
         let cores = &image.program(ProgramId(0)).cores;

@@ -23,6 +23,7 @@
 mod hands;
 
 use whippen_compiler::model::{Model, Sense};
+use whippen_compiler::rate::Rate;
 
 /// One move to a depth, at rest there afterwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,7 +154,8 @@ impl Gesture {
 
     /// The depths (m) at the ticks of a rate: tick `i` is at `i / rate_hz`, the first at 0, the
     /// last before the end.
-    pub fn positions(&self, rate_hz: u32) -> Vec<f64> {
+    pub fn positions(&self, rate_hz: impl Into<Rate>) -> Vec<f64> {
+        let rate_hz = rate_hz.into();
         let mut key = Follower::new(&self.moves);
         (0..self.ticks(rate_hz))
             .map(|i| key.at(i as f64 / f64::from(rate_hz)))
@@ -161,7 +163,7 @@ impl Gesture {
     }
 
     /// How many ticks of a rate it lasts.
-    pub fn ticks(&self, rate_hz: u32) -> usize {
+    pub fn ticks(&self, rate_hz: Rate) -> usize {
         (self.end_s * f64::from(rate_hz)) as usize
     }
 

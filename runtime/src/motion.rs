@@ -30,6 +30,7 @@ mod recordings;
 mod tests;
 
 use std::path::{Path, PathBuf};
+use whippen_compiler::rate::Rate;
 
 use crate::files::FileError;
 use calibration::Calibration;
@@ -104,7 +105,7 @@ pub struct MotionOptions {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// The position at each tick (m).
     pub positions: Trajectory,
     /// When the first was recorded (s).
@@ -131,7 +132,7 @@ impl Motion {
 /// # Errors
 /// The file cannot be read or does not hold what the options say (with line and column), or an
 /// option makes no sense for it.
-pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: u32) -> Result<Motion, FileError> {
+pub fn load(path: &Path, options: &MotionOptions, tick_rate_hz: Rate) -> Result<Motion, FileError> {
     let mut source = read(path, options)?;
     let error = |message: String| FileError::new(path, message);
     if let Some(stops) = options.stops {
@@ -190,7 +191,7 @@ pub fn load_ports(
     path: &Path,
     ports: &[WantedPort],
     lowpass_hz: Option<f64>,
-    tick_rate_hz: u32,
+    tick_rate_hz: Rate,
 ) -> Result<PortMotion, FileError> {
     let table = titled::read_ports(path, ports, ROWS_MAX)?;
     let error = |message: String| FileError::new(path, message);
@@ -260,7 +261,7 @@ pub(crate) fn load_columns(
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_force(path: &Path, turns: bool, tick_rate_hz: u32) -> Result<Trajectory, FileError> {
+pub fn load_force(path: &Path, turns: bool, tick_rate_hz: Rate) -> Result<Trajectory, FileError> {
     let grid = titled::read(path, titled::FORCE[usize::from(turns)], ROWS_MAX)?.grid;
     check_rates(grid.samples.len(), grid.rate_hz, tick_rate_hz)
         .map_err(|message| FileError::new(path, message))?;
@@ -341,9 +342,9 @@ fn map_stops(positions_m: &mut [f64], stops: Stops) -> Result<(), String> {
     Ok(())
 }
 
-fn check_rates(len: usize, rate_hz: f64, tick_rate_hz: u32) -> Result<(), String> {
+fn check_rates(len: usize, rate_hz: f64, tick_rate_hz: Rate) -> Result<(), String> {
     let tick_hz = f64::from(tick_rate_hz);
-    if tick_rate_hz == 0 || rate_hz > tick_hz * OVERSAMPLING_MAX {
+    if rate_hz > tick_hz * OVERSAMPLING_MAX {
         return Err(format!(
             "a rate of {rate_hz} Hz is too fast for ticks at {tick_rate_hz} Hz"
         ));

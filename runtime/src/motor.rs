@@ -11,6 +11,7 @@
 
 use whippen_compiler::lower::ExportKind;
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::rate::Rate;
 
 use crate::device::{Device, Motor};
 use crate::engine::{Engine, EngineKind};
@@ -59,7 +60,7 @@ pub struct Meter {
 
 impl Meter {
     /// Nothing played yet; `None` if the device says nothing of its motor.
-    pub fn new(device: &Device, rate_hz: u32) -> Option<Meter> {
+    pub fn new(device: &Device, rate_hz: Rate) -> Option<Meter> {
         let motor = device.motor?;
         let warm = motor.heat.map(|_| 0.0);
         Some(Meter {
@@ -231,7 +232,7 @@ mod tests {
     const RATE_HZ: u32 = 44_100;
 
     fn demand(seconds: f64, force: impl Fn(f64) -> f64) -> Demand {
-        let mut meter = Meter::new(&Device::mikey(), RATE_HZ).expect("mikey has a motor");
+        let mut meter = Meter::new(&Device::mikey(), RATE_HZ.into()).expect("mikey has a motor");
         let ticks = (seconds * f64::from(RATE_HZ)) as usize;
         (0..ticks).for_each(|i| meter.tick(force(i as f64 / f64::from(RATE_HZ))));
         meter.finish()

@@ -18,6 +18,7 @@
 //! Not here: the motor's heat (`motor`), the loop around it (`closed`).
 
 use std::collections::VecDeque;
+use whippen_compiler::rate::Rate;
 
 use whippen_compiler::stability::Hand;
 
@@ -98,7 +99,7 @@ pub struct Plant<'d> {
 
 impl<'d> Plant<'d> {
     /// A key at rest at a place; `None` if the device does not say how its key moves.
-    pub fn new(port: &'d Port, rate_hz: u32, player: Player, x: f64) -> Option<Plant<'d>> {
+    pub fn new(port: &'d Port, rate_hz: Rate, player: Player, x: f64) -> Option<Plant<'d>> {
         let mechanics = port.mechanics?;
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
         let late = steps(port.sensor.delay_samples);
@@ -133,7 +134,7 @@ impl<'d> Plant<'d> {
     /// else (down), in a hand that wants it there; then it is pushed, to move with `speed` (m/s).
     pub fn balanced(
         port: &'d Port,
-        rate_hz: u32,
+        rate_hz: Rate,
         player: Player,
         (x, force, speed): (f64, f64, f64),
     ) -> Option<Plant<'d>> {
@@ -308,7 +309,8 @@ mod tests {
         word: i16,
         ticks: usize,
     ) -> (f64, f64, Energy) {
-        let mut plant = Plant::new(device.port(), RATE_HZ, player, x).expect("it has mechanics");
+        let mut plant =
+            Plant::new(device.port(), RATE_HZ.into(), player, x).expect("it has mechanics");
         (0..ticks).for_each(|_| plant.tick(word));
         (plant.position(), plant.speed(), plant.energy)
     }
@@ -345,7 +347,7 @@ mod tests {
         let drive = fast.ports[0].drive.as_mut().expect("a key is driven");
         drive.bandwidth_hz = None;
         let mut plant =
-            Plant::new(fast.port(), RATE_HZ, Player::nobody(), 5e-3).expect("mechanics");
+            Plant::new(fast.port(), RATE_HZ.into(), Player::nobody(), 5e-3).expect("mechanics");
         plant.tick(1024);
         assert_eq!(plant.position(), 5e-3, "one sample late");
         plant.tick(1024);

@@ -38,8 +38,10 @@ mod vibration;
 mod tests;
 
 use std::path::Path;
+use whippen_compiler::rate::Rate;
 
 use crate::files::{FileError, write_whole};
+use crate::measured_loop::MeasuredLoop;
 use crate::record::Record;
 use crate::spectrogram::Spectrogram;
 use crate::titles::split_title;
@@ -47,6 +49,7 @@ use crate::trace::{Column, EventRow, Trace};
 use crate::vibration::Vibration;
 pub use heat::HeatMap;
 pub use map::{Curve, Map};
+pub(crate) use path::stretches_of;
 
 /// One quantity over time.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,7 +97,7 @@ pub struct Figure<'a> {
     /// Heading.
     pub title: String,
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// When the first tick was (s).
     pub start_s: f64,
     /// Position of the key.
@@ -117,6 +120,8 @@ pub struct Figure<'a> {
     pub marks: Vec<Mark>,
     /// Places that are marked in the panel over travel.
     pub places: Vec<Place>,
+    /// What was measured, below the loop of force over travel.
+    pub measured: Option<&'a MeasuredLoop>,
 }
 
 /// Which columns and events of a trace play which part; what the trace does not have is left out.
@@ -189,6 +194,7 @@ impl<'a> Figure<'a> {
                 })
                 .collect(),
             places: Vec::new(),
+            measured: None,
         }
     }
 

@@ -27,6 +27,7 @@ use crate::device::Device;
 use crate::emulated::Load;
 use crate::engine::{Engine, EngineKind};
 use crate::files::FileError;
+use crate::measured_loop::{LoopDistance, MeasuredLoop};
 use crate::plot::Figure;
 use crate::sticking::FrictionTally;
 use crate::trace::Trace;
@@ -97,6 +98,19 @@ pub struct Run {
     pub points: Vec<String>,
     /// What each friction did, as far as it is known.
     pub frictions: Vec<FrictionTally>,
+    /// What was measured, where its loop is compared with that.
+    pub beside: Option<Beside>,
+}
+
+/// A measured loop beside that of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Beside {
+    /// What was measured.
+    pub measured: MeasuredLoop,
+    /// How far the run is from it.
+    pub distance: LoopDistance,
+    /// The same in words.
+    pub told: String,
 }
 
 /// Why a run did not come to its end.
@@ -239,13 +253,17 @@ pub(crate) fn record_body(
         is_chosen,
         points,
         frictions,
+        beside: None,
     })
 }
 
 /// The figure of a run: travel, force terms and their sum, coordinates, states, strikes; or what
 /// was chosen.
 pub fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
-    Figure::of(&run.trace, &roles_of_run(compiled, run))
+    Figure {
+        measured: run.beside.as_ref().map(|beside| &beside.measured),
+        ..Figure::of(&run.trace, &roles_of_run(compiled, run))
+    }
 }
 
 /// Counts what the converters and the ranges cut off.

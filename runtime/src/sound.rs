@@ -72,7 +72,8 @@ impl SoundFile {
         let file = Shared(Rc::new(RefCell::new(OutputFile::create(path)?)));
         let spec = hound::WavSpec {
             channels: sides as u16,
-            sample_rate: compiled.model.rate_hz,
+            // A file of sound has whole rates only: at 44117.647 Hz it is 8 ppm off.
+            sample_rate: compiled.model.rate_hz.rounded_hz(),
             bits_per_sample: 24,
             sample_format: hound::SampleFormat::Int,
         };

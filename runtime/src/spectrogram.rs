@@ -12,6 +12,7 @@
 //! holds none has that of the nearest, so a sine has its own level wherever it lies.
 
 use microfft::real::rfft_4096;
+use whippen_compiler::rate::Rate;
 
 /// Samples of a window: 93 ms at 44.1 kHz, frequencies 10.8 Hz apart.
 pub const WINDOW: usize = 4096;
@@ -45,10 +46,10 @@ pub struct Spectrogram {
 
 impl Spectrogram {
     /// Of a channel at a rate.
-    pub fn new(name: &str, rate_hz: u32) -> Spectrogram {
+    pub fn new(name: &str, rate_hz: Rate) -> Spectrogram {
         Spectrogram {
             name: name.to_string(),
-            rate_hz: f64::from(rate_hz.max(1)),
+            rate_hz: f64::from(rate_hz),
             ring: vec![0.0; WINDOW],
             at: 0,
             samples: 0,
@@ -173,7 +174,7 @@ mod tests {
 
     /// A sine of that many seconds.
     fn sine(frequency_hz: f64, amplitude: f64, seconds: f64) -> Spectrogram {
-        let mut spectrogram = Spectrogram::new("sound", 44_100);
+        let mut spectrogram = Spectrogram::new("sound", 44_100.into());
         let ticks = (seconds * 44_100.0) as usize;
         for tick in 0..ticks {
             let turns = frequency_hz * tick as f64 / 44_100.0;
@@ -213,7 +214,7 @@ mod tests {
 
     #[test]
     fn columns_are_bounded_and_keep_what_was_loud_for_a_moment() {
-        let mut spectrogram = Spectrogram::new("sound", 44_100);
+        let mut spectrogram = Spectrogram::new("sound", 44_100.into());
         let ticks = 60 * 44_100;
         for tick in 0..ticks {
             let loud = (441_000..445_000).contains(&tick);
@@ -241,7 +242,7 @@ mod tests {
     #[test]
     fn no_rate_is_too_low() {
         for rate_hz in [1, 40, 56, 1000] {
-            let mut spectrogram = Spectrogram::new("sound", rate_hz);
+            let mut spectrogram = Spectrogram::new("sound", rate_hz.into());
             (0..5000).for_each(|_| spectrogram.push(1.0));
             spectrogram.finish();
             assert!(spectrogram.bands_hz().len() <= 110);

@@ -23,6 +23,7 @@ use crate::record::Record;
 use crate::spectrogram::Spectrogram;
 use crate::titles::{identifier, join_title};
 use crate::vibration::Vibration;
+use whippen_compiler::rate::Rate;
 
 /// What a column is called and what its values are.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -91,7 +92,7 @@ pub struct EventRow {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trace {
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// When the first tick was (s): a recording keeps its own times.
     pub start_s: f64,
     /// The columns after `t_s`, all of one length.

@@ -7,6 +7,7 @@
 
 use crate::gesture::Gesture;
 use crate::motion::Resampled;
+use whippen_compiler::rate::Rate;
 
 /// A value at every tick (m, rad, N or N*m).
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +23,7 @@ enum Samples {
     /// A recording at its own rate.
     Recording(Resampled),
     /// A gesture, which begins anew after so many ticks.
-    Gesture(Gesture, u32, usize),
+    Gesture(Gesture, Rate, usize),
 }
 
 impl From<Vec<f64>> for Trajectory {
@@ -45,7 +46,8 @@ impl From<Resampled> for Trajectory {
 
 impl Trajectory {
     /// A gesture at a tick rate, once.
-    pub fn of_gesture(gesture: Gesture, rate_hz: u32) -> Trajectory {
+    pub fn of_gesture(gesture: Gesture, rate_hz: impl Into<Rate>) -> Trajectory {
+        let rate_hz = rate_hz.into();
         let ticks = gesture.ticks(rate_hz);
         Trajectory {
             ticks,

@@ -8,6 +8,7 @@ use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::Severity;
 use whippen_compiler::keyboard::InstrumentId;
 use whippen_compiler::model::Model;
+use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::judged::{JudgedPort, judge};
@@ -38,7 +39,7 @@ pub struct Args {
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
     #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
-    rate: Option<u32>,
+    rate: Option<Rate>,
     /// Check again whenever one of the files is saved, until Ctrl-C
     #[arg(long)]
     watch: bool,

@@ -22,6 +22,7 @@ mod watch;
 
 use std::path::{Path, PathBuf};
 
+use whippen_compiler::rate::Rate;
 use whippen_emulator::CoreKind;
 
 use super::file_plan::FilePlan;
@@ -152,7 +153,7 @@ struct Devices {
     keys: Option<u32>,
     /// Its ticks per second [default: 44100]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate)]
-    rate: Option<u32>,
+    rate: Option<Rate>,
 }
 
 /// What to tell.

@@ -15,6 +15,7 @@ use whippen_compiler::diag::Severity;
 use whippen_compiler::model::Model;
 use whippen_compiler::parallel;
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
@@ -97,7 +98,7 @@ pub struct Args {
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
-    tick_rate: Option<u32>,
+    tick_rate: Option<Rate>,
     /// The program with the values that were found
     #[arg(long, value_name = "FILE.whip", value_hint = ValueHint::FilePath)]
     out: Option<PathBuf>,

@@ -1,8 +1,8 @@
 //! `whippen import`: a recording of force over travel becomes an instrument.
 
-mod curve;
+pub(super) mod curve;
 mod program;
-mod recording;
+pub(super) mod recording;
 
 use std::ffi::OsString;
 use std::path::PathBuf;

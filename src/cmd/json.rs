@@ -7,6 +7,7 @@ use whippen_compiler::model::Sense;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::{SourceMap, Span};
 use whippen_runtime::device::Device;
+use whippen_runtime::rate;
 use whippen_runtime::{resting, session};
 
 use super::numbers;
@@ -89,7 +90,7 @@ pub fn numbers(compiled: &Compiled, device: &Device) -> Value {
     json!({
         "kind": "numbers",
         "instrument": compiled.model.name,
-        "rate_hz": compiled.model.rate_hz,
+        "rate_hz": rate::number(compiled.model.rate_hz),
         "values": values.collect::<Vec<_>>(),
         "kept": numbers::kept(compiled).iter().map(kept).collect::<Vec<_>>(),
         "clamps": compiled.lowered.clamps,

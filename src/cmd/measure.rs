@@ -15,6 +15,7 @@ use whippen_compiler::diag::Severity;
 use whippen_compiler::model::Model;
 use whippen_compiler::parallel;
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::rate::Rate;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::measure::{Measured, Protocol, RecordedKeys, SPEED_M_PER_S, measure};
@@ -59,7 +60,7 @@ pub struct Args {
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
-    tick_rate: Option<u32>,
+    tick_rate: Option<Rate>,
     /// Set beside what was measured on a real keyboard: a table with the columns key (1 is A0) and
     /// such as down_weight_g, up_weight_g
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]

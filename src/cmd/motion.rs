@@ -201,6 +201,11 @@ impl MotionArgs {
         })
     }
 
+    /// Whether a motion is asked for: a recording, or how far the bundled gesture goes.
+    pub fn is_given(&self) -> bool {
+        self.motion.is_some() || self.travel.is_some()
+    }
+
     /// The files that are read.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.motion.iter().chain(&self.calibration)

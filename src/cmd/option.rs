@@ -3,12 +3,12 @@
 use std::ops::RangeInclusive;
 
 use whippen_compiler::check::tick_rate;
+use whippen_compiler::rate::Rate;
 use whippen_compiler::units::{Dim, Quantity, parse_quantity};
 use whippen_runtime::device::Device;
 
 /// What `--tick-rate` is for.
-pub const TICK_RATE: &str =
-    "Ticks per second, 1 to 1000000, such as 8000 or 8kHz; the keyboard's otherwise, or 44100";
+pub const TICK_RATE: &str = "Ticks per second, 1 to 1000000, such as 8000, 8kHz or 150MHz/3400; the keyboard's otherwise, or 44100";
 
 /// Most keys that are worth a try: more than any board has.
 const KEYS_MAX: u32 = 65_536;
@@ -70,16 +70,18 @@ pub fn shifted_flags(text: &str) -> Result<u8, String> {
 }
 
 /// `--tick-rate`: ticks per second.
-pub fn rate(text: &str) -> Result<u32, String> {
+pub fn rate(text: &str) -> Result<Rate, String> {
     let wanted = |why: String| format!("{why}; wanted is a rate, such as 8000 or 8kHz");
-    let hertz = match text.parse::<f64>() {
+    let (frequency, divisor) = text.split_once('/').unwrap_or((text, "1"));
+    let hertz = match frequency.trim().parse::<f64>() {
         Ok(hertz) => hertz,
-        Err(_) => quantity(text, Dim::PER_TIME, "a rate, such as 8000 or 8kHz")?,
+        Err(_) => quantity(frequency, Dim::PER_TIME, "a rate, such as 8000 or 8kHz")?,
     };
-    // A decimal fraction of kilohertz may miss the whole number by its last bit.
-    let whole = hertz.round();
-    let close = (hertz - whole).abs() <= 1e-12 * whole;
-    tick_rate(if close { whole } else { hertz }).map_err(wanted)
+    let divisor = divisor
+        .trim()
+        .parse::<u32>()
+        .map_err(|_| wanted(format!("`{}` is no whole number of cycles", divisor.trim())))?;
+    tick_rate(hertz / f64::from(divisor)).map_err(wanted)
 }
 
 /// A length.
@@ -187,7 +189,10 @@ mod tests {
     #[test]
     fn a_rate_may_have_a_unit() {
         for (text, hertz) in [("44100", 44_100), ("44.1kHz", 44_100), ("8 kHz", 8000)] {
-            assert_eq!(rate(text), Ok(hertz), "{text}");
+            assert_eq!(rate(text), Ok(Rate::whole(hertz)), "{text}");
+        }
+        for text in ["150MHz/3400", "150 MHz / 3400", "750000/17"] {
+            assert_eq!(rate(text).ok(), Rate::new(750_000, 17), "{text}");
         }
         for text in [
             "x", "0", "-1", "44.1k", "1MHzz", "0.5", "2 s", "nan", "1e99",

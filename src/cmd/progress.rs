@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
+use whippen_compiler::rate::Rate;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -71,7 +72,7 @@ enum Counted {
 
 impl Progress {
     /// For so many ticks.
-    pub fn new(ticks: usize, rate_hz: u32) -> Progress {
+    pub fn new(ticks: usize, rate_hz: Rate) -> Progress {
         Progress::counting(ticks, Counted::Ticks(f64::from(rate_hz)))
     }
 

@@ -1,10 +1,12 @@
 //! `whippen run`
 
+mod beside;
 mod outputs;
 mod summary;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use whippen_compiler::rate::Rate;
 
 use clap::ValueHint;
 use whippen_compiler::check::{Options, Program};
@@ -74,7 +76,7 @@ pub struct Args {
     #[arg(long, value_name = "LENGTH|ANGLE", value_parser = option::noise, help_heading = "The instrument")]
     noise: Option<option::Noise>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE, help_heading = "The instrument")]
-    tick_rate: Option<u32>,
+    tick_rate: Option<Rate>,
     /// Stop after so long
     #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = option::seconds)]
     seconds: Option<f64>,
@@ -100,6 +102,7 @@ impl Args {
             .cloned()
             .chain(device::file(self.device.as_deref()))
             .chain(self.settings.files())
+            .chain(self.outputs.compare.clone())
             .collect()
     }
 
@@ -117,6 +120,7 @@ impl Args {
         let wanted = [
             ("--plot", !outputs.plot.is_empty()),
             ("--report", outputs.report.is_some()),
+            ("--compare", outputs.compare.is_some()),
             ("--errors", self.errors),
         ];
         match wanted
@@ -199,14 +203,14 @@ struct Checked<'a> {
 /// Runs one key.
 fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     let (program, engine) = (checked.program, checked.engine);
-    let model = load::one_key(program, name, args.keys.key)?;
+    let model = moved_once(args, load::one_key(program, name, args.keys.key)?)?;
     let device = load::device(args.device.as_deref(), checked.map, program, &model)?;
     let device = args.with_noise(device)?;
     for note in device::unmeasured(&device, &model) {
         tell!("note: {note}");
     }
-    let mut positions = args.motion.load(&model)?;
-    check_movers(args, &model)?;
+    let outputs = &args.outputs;
+    let (mut positions, measured) = beside::positions(outputs, &args.motion, &model)?;
     if let Some(on) = engine.board() {
         let on_board = &args.on_board;
         on_board.prove_instrument(checked.map, &model, &device, on)?;
@@ -217,14 +221,13 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
         positions = positions.lasting(ticks.max(1));
     }
-    let outputs = &args.outputs;
     // A watch has its own way to end.
     let stop = (!args.watch).then(interrupt::stops);
     let recording = |columns: Vec<Recorded>| {
         let recording = outputs.recording(columns, &compiled, engine)?;
         Ok(recording.starting(positions.start_s).until(stop))
     };
-    let (run, notes) = if args.hand.closes() {
+    let (mut run, notes) = if args.hand.closes() {
         let hand = &args.hand;
         hand.play(&compiled, &device, engine, &positions, recording)?
     } else {
@@ -233,6 +236,8 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         (run, positions.notes.clone())
     };
     summary::report_run(&compiled, &run, engine, &notes);
+    run.beside = measured.map(|measured| measured.beside(&compiled, &run));
+    beside::report(&run);
     outputs.finish(&compiled, &run)?;
     if let Some(path) = &outputs.report {
         let made = Made {
@@ -258,16 +263,16 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
 }
 
 /// A key that a force moves follows no recording.
-fn check_movers(args: &Args, model: &Model) -> Outcome {
+fn moved_once(args: &Args, model: Model) -> Result<Model, Failure> {
     if model.is_of_key() && args.hand.files().next().is_some() && args.motion.is_recorded() {
         let why = "--force alone moves the key; leave --motion away";
         return Err(Failure::Usage(why.to_string()));
     }
-    Ok(())
+    Ok(model)
 }
 
 /// Whether a run came to its end: ticks that were played, and that were wanted.
-pub fn ended([played, wanted]: [usize; 2], rate_hz: u32) -> Outcome {
+pub fn ended([played, wanted]: [usize; 2], rate_hz: Rate) -> Outcome {
     let seconds = |ticks: usize| ticks as f64 / f64::from(rate_hz);
     if played < wanted {
         tell!(

@@ -15,6 +15,7 @@ use whippen_compiler::keyboard::{InstrumentId, Layout, ZoneId};
 use whippen_compiler::model::Model;
 use whippen_compiler::modes::INSTRUCTIONS;
 use whippen_compiler::pipeline::{self, BuildError, Compiled, unobserved};
+use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::thumb::ThumbError;
 use whippen_emulator::BoardKind;
@@ -44,7 +45,7 @@ pub struct SetupArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = option::keys)]
     keys: Option<u32>,
     #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
-    rate: Option<u32>,
+    rate: Option<Rate>,
     /// So many instructions for all modes of a key, which are faster the more there may be; 0 for
     /// one mode that knows nothing
     #[arg(long, value_name = "INSTRUCTIONS", allow_negative_numbers = true, default_value_t = INSTRUCTIONS, value_parser = option::modes)]

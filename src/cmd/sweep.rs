@@ -14,6 +14,7 @@ use whippen_compiler::check::Options;
 use whippen_compiler::diag::{Severity, nearest};
 use whippen_compiler::model::Model;
 use whippen_compiler::parallel;
+use whippen_compiler::rate::Rate;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 
@@ -75,7 +76,7 @@ pub struct Args {
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
-    tick_rate: Option<u32>,
+    tick_rate: Option<Rate>,
     /// Table: a row for each point
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     out: Option<PathBuf>,

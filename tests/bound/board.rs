@@ -92,7 +92,7 @@ impl<'a> Board<'a> {
         let keys = image.keys.iter().sum();
         let converter = ConverterSetup {
             keys,
-            rate_hz: image.compiled.model.rate_hz,
+            rate: image.compiled.model.rate_hz.fraction(),
         };
         let (mut machine, ports) =
             build(image.kind, image.emulated.clone(), converter).expect("a board");

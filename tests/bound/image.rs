@@ -79,7 +79,7 @@ impl Image {
             pipeline::prove(&whole, &board, rate_hz, &mut unobserved).map_err(|e| e.to_string())?;
         let (program, cores) = (proof.bytes, proof.programs.remove(0).cores);
         let modes = instrument.modes;
-        let period = u64::from(board.clock_hz / compiled.model.rate_hz);
+        let period = compiled.model.rate_hz.cycles_min(board.clock_hz);
         Ok(Image {
             kind,
             board,

@@ -82,7 +82,7 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
     });
     let converter = ConverterSetup {
         keys: KEYS,
-        rate_hz: setup.rate_hz,
+        rate: setup.rate_hz.fraction(),
     };
     let (mut machine, ports) =
         build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter).expect("a board");

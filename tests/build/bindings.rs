@@ -40,7 +40,7 @@ fn interface() -> Interface {
         name: "probe".into(),
         keys: 3,
         first_key: 0,
-        rate_hz: 44_100,
+        rate_hz: 44_100.into(),
         state_bytes: 400,
         inputs: (320, vec![port("x", 1.678e-7, -5e-4, "m")]),
         outputs: (328, vec![port("drive", 9.765_625e-4, 0.0, "N")]),

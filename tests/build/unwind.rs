@@ -256,8 +256,15 @@ fn interrupted(machine: &Machine, at: u32, known: &mut Known) {
 /// An image on its board, by its file.
 fn board(kind: BoardKind, file: &[u8], keys: u32) -> (Machine, whippen_emulator::Ports) {
     let rate_hz = 44_100;
-    let (mut machine, ports) =
-        build(kind, kind.board(), ConverterSetup { keys, rate_hz }).expect("a board");
+    let (mut machine, ports) = build(
+        kind,
+        kind.board(),
+        ConverterSetup {
+            keys,
+            rate: [rate_hz, 1],
+        },
+    )
+    .expect("a board");
     let elf = Elf::parse(file, false).expect("an image");
     elf.load(&mut machine.bus.memory, false).expect("memory");
     machine.reset();

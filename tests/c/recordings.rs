@@ -57,7 +57,8 @@ fn raw(folder: &Path) -> Vec<(String, Vec<u16>)> {
             stops,
             ..MotionOptions::default()
         };
-        let motion = load(&folder.join(name), &options, RATE_HZ).unwrap_or_else(|e| panic!("{e}"));
+        let motion =
+            load(&folder.join(name), &options, RATE_HZ.into()).unwrap_or_else(|e| panic!("{e}"));
         let (low, high) = motion
             .positions
             .to_vec()

@@ -60,7 +60,7 @@ pub fn guarded(motor: Motor) -> GuardedPort {
 pub fn setup() -> Setup {
     Setup {
         keys: vec![44, 44],
-        rate_hz: RATE_HZ,
+        rate_hz: RATE_HZ.into(),
         ports: vec![guarded(Motor {
             rated: RATED,
             peak_ms: 100,
@@ -147,7 +147,7 @@ impl Rig {
         let (image, programs) = (whole.image, whole.programs.into_iter().collect());
         let converter = ConverterSetup {
             keys: KEYS as u32,
-            rate_hz: setup.rate_hz,
+            rate: setup.rate_hz.fraction(),
         };
         let (mut machine, ports) = build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter)
             .expect("the board can be");

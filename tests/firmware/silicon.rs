@@ -43,7 +43,7 @@ impl Played {
             .image;
         let converter = ConverterSetup {
             keys,
-            rate_hz: RATE_HZ,
+            rate: [RATE_HZ, 1],
         };
         let (mut machine, ports) = build(kind, kind.board(), converter).expect("the board can be");
         for segment in &image.segments {

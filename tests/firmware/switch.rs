@@ -4,14 +4,15 @@ use crate::rig::{KEYS, Rig, kernel, setup};
 use whippen_compiler::firmware::core_block;
 use whippen_compiler::firmware::{Setup, keys_name};
 use whippen_compiler::kernel::{Interp, Kernel};
+use whippen_compiler::rate::Rate;
 use whippen_runtime::device::Device;
 use whippen_runtime::gesture::default_gesture;
 
 /// What the mailbox calls the program.
 const PROGRAM: u32 = u32::MAX;
 /// Ticks after which force is whole again (20 ms), and every key plays.
-pub fn ramp(rate_hz: u32) -> usize {
-    rate_hz as usize / 50 + 3 * 16 + 44
+pub fn ramp(rate_hz: impl Into<Rate>) -> usize {
+    rate_hz.into().ticks_in(20) as usize + 3 * 16 + 44
 }
 
 /// Asks for another program; it begins within the next ticks.
@@ -24,7 +25,7 @@ pub fn ask(rig: &mut Rig, request: u32, program: u32) {
 
 /// Sensor words of so many ticks: every key plays the gesture at a time of its own, three times as
 /// fast.
-pub fn words(rate_hz: u32, ticks: std::ops::Range<usize>) -> Vec<u16> {
+pub fn words(rate_hz: impl Into<Rate>, ticks: std::ops::Range<usize>) -> Vec<u16> {
     let device = Device::mikey();
     let motion: Vec<u16> = default_gesture()
         .positions(rate_hz)
@@ -115,7 +116,14 @@ fn no_tick_is_missed() {
     let rate_hz = 32_000;
     let kernels = ["hammond.whip", "virtual-spring.whip"].map(kernel);
     let [organ, spring] = &kernels;
-    let mut rig = Rig::with(&[organ, spring], 4000, &Setup { rate_hz, ..setup() });
+    let mut rig = Rig::with(
+        &[organ, spring],
+        4000,
+        &Setup {
+            rate_hz: rate_hz.into(),
+            ..setup()
+        },
+    );
     let (first, second, third) = (2000, 4000, 6000);
     let words = words(rate_hz, 0..third);
     let mut drives = rig.play(words[..first * KEYS].iter().copied());

@@ -27,7 +27,7 @@ fn parameters_are_set_within_their_ranges() {
         &[&kernel],
         0,
         &Setup {
-            rate_hz: 4410,
+            rate_hz: 4410.into(),
             ..setup()
         },
     );

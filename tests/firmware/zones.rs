@@ -45,7 +45,7 @@ fn rig(kernels: &[Kernel; 2], programs: &[&[(u32, usize)]], setup: &Setup) -> Ri
 fn divided(rate_hz: u32) -> Setup {
     Setup {
         keys: CORES.to_vec(),
-        rate_hz,
+        rate_hz: rate_hz.into(),
         ..setup()
     }
 }

@@ -274,7 +274,8 @@ fn a_friction_takes_power_from_the_rounded_motion() {
         let [_, force, _] = player.tick();
         let after = player.state();
         let place = bow.beta * LENGTH;
-        let rate = |state: &RealStrand| state.read(strand, Reading::Rate, place, RATE_HZ as u32);
+        let rate =
+            |state: &RealStrand| state.read(strand, Reading::Rate, place, (RATE_HZ as u32).into());
         let power = force * (0.5 * (rate(&before) + rate(&after)) - bow.speed);
         (least, most) = (least.min(power), most.max(power));
         before = after;

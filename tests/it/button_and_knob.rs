@@ -295,7 +295,7 @@ fn a_recorded_turn_is_read_in_degrees() {
                 turns: true,
                 ..MotionOptions::default()
             },
-            RATE_HZ,
+            RATE_HZ.into(),
         )
     };
     let turn = load("t_s,angle_deg\n0,0\n0.1,-30\n0.2,-90\n").unwrap_or_else(|e| panic!("{e}"));

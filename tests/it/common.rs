@@ -163,8 +163,12 @@ pub fn recording_with(dead_band: f64) -> Option<Vec<f64>> {
         dead_band,
         ..MotionOptions::default()
     };
-    let motion = load(&folder.join("key_and_hammer_2kHz.txt"), &options, RATE_HZ)
-        .unwrap_or_else(|e| panic!("{e}"));
+    let motion = load(
+        &folder.join("key_and_hammer_2kHz.txt"),
+        &options,
+        RATE_HZ.into(),
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
     Some(motion.positions.to_vec())
 }
 

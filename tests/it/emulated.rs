@@ -6,6 +6,7 @@ use whippen_compiler::front::compile_front;
 use whippen_compiler::kernel::random::Rng;
 use whippen_compiler::lower::LoweredEventKind;
 use whippen_compiler::pipeline::{Compiled, compile};
+use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_emulator::BoardKind;
 use whippen_runtime::device::{Device, Stands};
@@ -138,7 +139,7 @@ fn longest_tick(period_cycles: u32) -> Result<u64, String> {
         force felt = if key is down then 1 N * (x / 10 mm)^2.5 else 0 N
     }";
     let options = Options {
-        rate_hz: Some(CLOCK_HZ / period_cycles),
+        rate_hz: Rate::new(CLOCK_HZ, period_cycles),
         ..Options::default()
     };
     let mut map = SourceMap::default();
@@ -157,6 +158,11 @@ fn longest_tick(period_cycles: u32) -> Result<u64, String> {
     let run = run(&compiled, &device, EngineKind::Emulated(on), &moves, |_| ())
         .map_err(|e| e.to_string())?;
     let load = run.load.expect("a board has one");
+    assert_eq!(
+        load.period_cycles,
+        u64::from(period_cycles),
+        "no fraction is lost"
+    );
     assert_eq!(load.cores.iter().map(|core| core.keys).sum::<u32>(), 6);
     let longest = load.cores.iter().map(|core| core.frame_cycles_max).max();
     Ok(longest.expect("cores"))

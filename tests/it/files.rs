@@ -175,7 +175,7 @@ fn one_keyboard_is_played_and_its_board_is_there() {
         &["[WH0618]", "no board `rp2530`", "did you mean `rp2350`"],
     );
     // One range of rates, and one sentence about it.
-    let rule = "a whole number of ticks per second, from 1 to 1000000 Hz";
+    let rule = "a rate is from 1 to 1000000 Hz";
     let budget = ["budget", "click.whip", "--rate", "1000001"];
     shell.refuses(2, &budget, &[rule]);
     let emulate = ["emulate", "click.elf", "--board", "rp2350", "--rate", "0"];

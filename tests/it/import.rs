@@ -262,6 +262,85 @@ fn what_is_no_recording_is_refused_and_nothing_is_written() {
     );
 }
 
+/// How far `run --compare` finds the program of a recording from it (gf rms).
+fn compared(shell: &Shell) -> Value {
+    let args = ["run", "switch.whip", "--compare", "curve.csv", "--json"];
+    let (out, _) = shell.ends(0, &args);
+    let object: Value = serde_json::from_str(&out).expect("JSON");
+    object["compared"].clone()
+}
+
+#[test]
+fn a_run_is_compared_with_what_was_measured() {
+    for glitch in [None, Some(300)] {
+        let text = recorded(glitch);
+        let told = there_and_back(&text);
+        let shell = Shell::new()
+            .with("curve.csv", &text)
+            .with("switch.whip", &told.program);
+        let compared = compared(&shell);
+        let rms_gf = compared["rms_gf"].as_f64().expect("a number");
+        assert!(
+            (rms_gf - told.rms_gf).abs() < 0.02,
+            "{compared} {}",
+            told.rms_gf
+        );
+        assert_eq!(compared["missed"], 0);
+        assert_eq!(compared["points"], 1602 - i32::from(glitch.is_some()));
+    }
+    // A program that gives a hundredth of a newton more is that far from it.
+    let text = recorded(None);
+    let program = there_and_back(&text).program;
+    let more = program.replace("force switch =", "force more = 0.1 N\n    force switch =");
+    let shell = Shell::new()
+        .with("curve.csv", &text)
+        .with("switch.whip", &more);
+    let rms_n = compared(&shell)["rms_n"].as_f64().expect("a number");
+    assert!((rms_n - 0.1).abs() < 0.002, "{rms_n}");
+    let drawn = ["--plot", "a.svg", "--report", "a.html"];
+    let args = ["run", "switch.whip", "--compare", "curve.csv"];
+    let (out, _) = shell.ends(0, &[&args[..], &drawn].concat());
+    assert!(out.contains("measured: curve.csv: 0.1"), "{out}");
+    let svg = shell.lines("a.svg").join("\n");
+    assert!(svg.contains("measured press") && svg.contains("measured return"));
+    let page = shell.lines("a.html").join("\n");
+    assert!(page.contains("<dt>measured</dt>") && page.contains("\"measured\":{"));
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused_and_nothing_is_written() {
+    let good = recorded(None);
+    let program = there_and_back(&good).program;
+    let cases = [
+        ("\u{0}\u{1}photo".to_string(), "it is no text"),
+        (good.replace("force_gf", "force"), "one column of force"),
+        (good.replace("force_gf", "m_kg"), "one column of force"),
+        (good.replace("x_um", "t_s"), "one column of travel"),
+        (good.replacen(",43.", ",43x.", 1), "is no number"),
+    ];
+    let args = ["run", "switch.whip", "--compare", "curve.csv"];
+    let written = ["--out", "a.csv", "--plot", "a.svg"];
+    let refused = |text: &str, more: &[&str], words: &str| {
+        let shell = Shell::new()
+            .with("curve.csv", text)
+            .with("switch.whip", &program);
+        shell.refuses(2, &[&args[..], more].concat(), &[words]);
+    };
+    for (text, words) in cases {
+        refused(&text, &written, words);
+    }
+    refused(
+        &good,
+        &["--out", "a.csv", "--columns", "switch"],
+        "add `x_m` to --columns",
+    );
+    refused(&good, &["--plot", "curve.csv"], "curve.csv");
+    let shell = Shell::new().with("curve.csv", &good);
+    let knob = crate::cli::bundled("knob.whip");
+    let args = ["run", knob.as_str(), "--compare", "curve.csv"];
+    shell.refuses(2, &args, &["is for what senses a travel"]);
+}
+
 /// Every curve of the recordings of keyswitches, where they are.
 #[test]
 fn recorded_keyswitches_come_back() {

@@ -46,7 +46,7 @@ fn mikey_has_49_keys_and_three_programs() {
         .map(|p| p.name.as_str())
         .collect();
     assert_eq!(names, ["grand_piano", "harpsichord", "hammond"]);
-    assert_eq!(keyboard.rate_hz, 44_100);
+    assert_eq!(keyboard.rate_hz, 44_100.into());
 }
 
 #[test]

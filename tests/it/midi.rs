@@ -415,7 +415,7 @@ fn zones_play_what_their_instruments_play_alone() {
     }
     // Which event is a strike depends on the key: a key that has none has no notes to be compared.
     let strike = |key: usize| (key < 24).then_some(0);
-    let outcome = Outcome::new(&notes, &logs, &strokes, strike, 44_100);
+    let outcome = Outcome::new(&notes, &logs, &strokes, strike, 44_100.into());
     assert!(
         !outcome.notes.is_empty() && outcome.notes.iter().all(|n| n.note.key < 60),
         "{outcome:?}"

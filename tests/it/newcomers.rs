@@ -219,11 +219,12 @@ fn the_tick_rate_of_the_command_line_wins() {
     assert!((4200..4210).contains(&rows), "4.2 s of ticks: {rows}");
     let shell = Shell::new().with("dial.whip", DIAL);
     for command in WITH_DEVICE {
-        for wrong in ["0", "1000001", "44100.5", "fast"] {
+        for wrong in ["0", "1000001", "0.5", "150MHz/x", "fast"] {
             let command = words(command, &["dial.whip", "--tick-rate", wrong]);
             let says: &[&str] = match wrong {
                 "fast" => &["`fast` is not a number", "wanted is a rate"],
-                _ => &["a whole number of ticks per second, from 1 to 1000000 Hz"],
+                "150MHz/x" => &["`x` is no whole number of cycles", "wanted is a rate"],
+                _ => &["from 1 to 1000000 Hz"],
             };
             shell.refuses(2, &command, says);
         }

@@ -37,7 +37,7 @@ fn device(friction: bool) -> Device {
 
 fn borders(device: &Device) -> Borders {
     Borders::new(
-        &device.port().key(44_100).expect("mechanics"),
+        &device.port().key(44_100.into()).expect("mechanics"),
         RATE_HZ,
         WINDOW,
     )
@@ -155,7 +155,7 @@ fn what_is_passive_is_stable_and_keeps_what_it_gets() {
 #[test]
 fn the_analysis_of_a_program_agrees_with_the_map() {
     let device = device(true);
-    let key = device.port().key(44_100).expect("mechanics");
+    let key = device.port().key(44_100.into()).expect("mechanics");
     let borders = borders(&device);
     let least = |damping: f64| {
         hands(false)
@@ -193,7 +193,7 @@ fn the_analysis_of_a_program_agrees_with_the_map() {
 #[test]
 fn a_hammer_in_contact_is_part_of_the_loop() {
     let device = device(false);
-    let key = device.port().key(44_100).expect("mechanics");
+    let key = device.port().key(44_100.into()).expect("mechanics");
     let hammer = |loss: f64| {
         let text = format!(
             "instrument action {{\n    sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms\n    let squeeze = x - phi * 20 mm\n    \
@@ -226,7 +226,7 @@ fn verdicts_on_the_bundled_instruments() {
         let device = Device::of(&compiled.model);
         let found = analyze(
             &compiled.model,
-            &device.port().key(44_100).expect("mechanics"),
+            &device.port().key(44_100.into()).expect("mechanics"),
         )
         .expect("bounded");
         told += &format!(

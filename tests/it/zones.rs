@@ -169,7 +169,7 @@ fn a_cortex_m0_plus_plays_a_split_too() {
     };
     let slow = |name: &str| {
         let model = Model {
-            rate_hz: 8000,
+            rate_hz: 8000.into(),
             ..of(name)
         };
         compile(model, device.scales(), false).unwrap_or_else(|e| panic!("{e:?}"))

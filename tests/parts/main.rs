@@ -51,7 +51,7 @@ fn compiled(text: &str, rate_hz: u32) -> Compiled {
     let mut map = SourceMap::default();
     map.add("parts.whip", text);
     let options = Options {
-        rate_hz: Some(rate_hz),
+        rate_hz: Some(rate_hz.into()),
         ..Options::default()
     };
     let (program, diagnostics) = compile_front(&mut map, &options);

@@ -72,10 +72,27 @@ fn strings_in_parts_play_what_the_whole_plays() {
     for board in [BoardKind::Rp2350, BoardKind::Stm32f4] {
         let image = Image::of(&compiled, board);
         let cut = image.built.cut().expect("four members");
-        assert_eq!(cut.parts.len(), 5);
+        // Those of a core are together.
+        assert_eq!(cut.parts.len(), 1 + image.board.stacks.len());
         assert_eq!(cut.has_helper(), board != BoardKind::Stm32f4);
         println!("{} {:?}", board.name(), compare(&compiled, board));
     }
+}
+
+/// Members of one core are one part where that makes the frame shorter.
+#[test]
+fn members_of_a_core_are_together_where_that_is_faster() {
+    let compiled = compiled(STRINGS, SOUND_HZ);
+    let [together, apart] = [
+        Image::of(&compiled, BoardKind::Rp2350),
+        Image::divided(&compiled, BoardKind::Rp2350, &[0, 0, 1, 1, 0, 0]),
+    ]
+    .map(|image| {
+        let parts = image.built.cut().expect("four members").parts.len();
+        (parts, image.bounded().contended.cycles_max)
+    });
+    assert_eq!([together.0, apart.0], [3, 5]);
+    assert!(together.1 + 50 < apart.1, "{together:?} {apart:?}");
 }
 
 /// The goal: four bowed strings in a tick of 44.1 kHz.

@@ -6,6 +6,7 @@ use whippen_compiler::firmware::{FirmwareImage, build_divided, core_block, drive
 use whippen_compiler::keyboard::{Layout, ProgramId};
 use whippen_compiler::modes::INSTRUCTIONS;
 use whippen_compiler::pipeline::{Compiled, build, unobserved};
+use whippen_compiler::rate::Rate;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, build as board_of};
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
@@ -16,7 +17,7 @@ pub struct Image {
     pub built: FirmwareImage,
     pub board: Board,
     kind: BoardKind,
-    rate_hz: u32,
+    rate_hz: Rate,
     words: usize,
 }
 
@@ -89,7 +90,7 @@ impl<'a> Rig<'a> {
     pub fn new(image: &'a Image, changed: &[(u32, [u16; 2])]) -> Rig<'a> {
         let converter = ConverterSetup {
             keys: 1,
-            rate_hz: image.rate_hz,
+            rate: image.rate_hz.fraction(),
         };
         let (mut machine, ports) =
             board_of(image.kind, image.kind.board(), converter).expect("a board");
@@ -166,7 +167,7 @@ impl<'a> Rig<'a> {
     /// One tick, and most of what is left until the next one.
     fn tick(&mut self, row: Vec<u16>) -> Vec<i16> {
         let words = self.image.words;
-        let period = u64::from(self.image.board.clock_hz / self.image.rate_hz);
+        let period = self.image.rate_hz.cycles_min(self.image.board.clock_hz);
         let row = row.into_iter().chain(std::iter::repeat(0)).take(words);
         let row: Vec<u16> = row.collect();
         self.converter().samples.extend(row);

@@ -12,7 +12,16 @@ const RETIRED: &[(&str, &str, &[&str])] = &[
     (
         "pins",
         "promoted words",
-        &["docs/", "emulator/", "instruments/", "runtime/"],
+        &[
+            "ARCHITECTURE.md",
+            "CHANGELOG.md",
+            "docs/",
+            "emulator/",
+            "instruments/",
+            "runtime/",
+            "src/cmd/emulate",
+            "tests/it/emulate",
+        ],
     ),
     ("rivals", "contenders", &["compiler/budget/"]),
     ("speaker", "representative", &["compiler/lower/"]),

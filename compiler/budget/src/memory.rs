@@ -13,6 +13,7 @@
 mod access;
 mod bases;
 mod graph_memory;
+mod indexed;
 mod pipelining;
 mod waits;
 
@@ -283,8 +284,10 @@ impl<'a> Interference<'a> {
             _ if accesses(inst) == 0 => Accessed::Nothing,
             _ if is_literal(inst) || inst.n == reg::PC => Accessed::Constant,
             Some(address) => Accessed::At(address.low as u32),
-            None if graph.bases.reach(inst, at).is_some() => Accessed::By(inst.n),
-            None => Accessed::Unknown,
+            None => graph
+                .bases
+                .pointer(inst, at)
+                .map_or(Accessed::Unknown, Accessed::By),
         }
     }
 

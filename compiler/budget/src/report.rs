@@ -1,6 +1,7 @@
 //! The budget: what a tick may take, what it takes at most, and what is left.
 
 use std::fmt;
+use whippen_rate::Rate;
 
 use super::cores::Bounded;
 use whippen_isa::timing::Evidence;
@@ -13,7 +14,7 @@ pub struct Budget {
     /// Cycles of a second.
     pub clock_hz: u32,
     /// Ticks of a second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// Cycles of a key, at most, with nobody else at the bus.
     pub key_cycles_max: u64,
     /// Cycles of a key, at most, waiting for others included.
@@ -64,8 +65,8 @@ impl fmt::Display for Budget {
 
 impl Budget {
     /// Of cores that are bounded, at so many cycles and ticks a second.
-    pub fn of(cores: &[Bounded], clock_hz: u32, rate_hz: u32) -> Self {
-        let period_cycles = u64::from(clock_hz / rate_hz.max(1));
+    pub fn of(cores: &[Bounded], clock_hz: u32, rate_hz: Rate) -> Self {
+        let period_cycles = rate_hz.cycles_min(clock_hz);
         let key = |of: &dyn Fn(&Bounded) -> u64| cores.iter().map(of).max().unwrap_or(0);
         let core = |core: &Bounded| {
             let slack_cycles = period_cycles as i64 - core.contended.cycles_max as i64;
@@ -130,7 +131,7 @@ impl Budget {
             .map(|core| core.cycles_max)
             .max()
             .unwrap_or(0);
-        most * u64::from(self.rate_hz)
+        self.rate_hz.clock_hz_min(most)
     }
 
     /// Cycles that a key may take for the fullest core to be in time.

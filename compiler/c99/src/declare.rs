@@ -3,6 +3,15 @@
 use super::{Layout, Names, Options, c_type};
 use std::fmt::Write;
 use whippen_kernel::{Kernel, Line, Range};
+use whippen_rate::Rate;
+
+/// A rate as the value of a macro.
+pub fn rate_constant(rate: Rate) -> String {
+    match rate.constant() {
+        (whole, false) => whole,
+        (quotient, true) => format!("({quotient})"),
+    }
+}
 
 /// Types, sizes and functions.
 pub(super) fn header(kernel: &Kernel, names: &Names, options: Options) -> String {
@@ -14,8 +23,9 @@ pub(super) fn header(kernel: &Kernel, names: &Names, options: Options) -> String
         text,
         "/* One tick of {keys} keys of `{name}` at {rate} Hz, in integers. Written by Whippen. */\n\
          #ifndef {capitals}_H\n#define {capitals}_H\n\n#include <stdint.h>\n\n\
-         #define {capitals}_RATE_HZ {rate}\n#define {capitals}_KEYS {keys}\n#define {capitals}_EVENTS {events}",
-        rate = kernel.rate_hz
+         #define {capitals}_RATE_HZ {rate_constant}\n#define {capitals}_KEYS {keys}\n#define {capitals}_EVENTS {events}",
+        rate = kernel.rate_hz,
+        rate_constant = rate_constant(kernel.rate_hz)
     );
     for (at, macro_name) in names.events.iter().chain(&names.probes).enumerate() {
         let at = if at < names.events.len() {

@@ -34,6 +34,7 @@ mod names;
 mod operator;
 mod rust_types;
 
+pub use declare::rate_constant;
 pub use names::{Names, spelled};
 
 use std::fmt::Write;

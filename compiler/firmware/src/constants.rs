@@ -1,6 +1,7 @@
 //! Constants of the firmware's texts: numbers of programs, a keyboard and a board.
 
 use std::collections::BTreeMap;
+use whippen_rate::Rate;
 
 use whippen_arm::thumb::Built;
 use whippen_isa::Arch;
@@ -67,7 +68,7 @@ pub fn constants(
         let first = core.zones.first();
         first.and_then(|zone| zone.layout().gain(0)).unwrap_or(GAIN)
     };
-    let ticks = |ms: u64| ticks(ms, setup.rate_hz);
+    let ticks = |ms: u64| setup.rate_hz.ticks_in(ms);
     let mut all = assembly_constants();
     let mut put = |name: &str, value: u64| {
         all.insert(name.to_string(), value as i64);
@@ -128,7 +129,9 @@ pub fn constants(
     put("CREDIT", passivity.credit.into());
     // A gain is less than 1 when less than a quarter to a half of the credit is left.
     put("CREDIT_SHIFT", u64::from(passivity.credit.ilog2() - 17));
-    put("RATE", setup.rate_hz.into());
+    let [ticks, seconds] = setup.rate_hz.fraction();
+    put("RATE", ticks.into());
+    put("RATE_SECONDS", seconds.into());
     all.extend(board.numbers());
     Ok(all)
 }
@@ -159,11 +162,6 @@ fn passivity(setup: &Setup, board: &Support) -> Result<Passivity, FirmwareError>
     }
 }
 
-/// So many milliseconds in ticks, rounded down.
-pub(super) fn ticks(ms: u64, rate_hz: u32) -> u64 {
-    ms * u64::from(rate_hz) / 1000
-}
-
 /// What the motor's limits are in the units of the service.
 pub(super) struct Heat {
     pub rated2: u64,
@@ -180,12 +178,12 @@ impl Heat {
     };
 
     /// Of a motor whose turn comes once in so many ticks.
-    pub fn of(motor: &Motor, rate_hz: u32, between: u64) -> Result<Heat, FirmwareError> {
+    pub fn of(motor: &Motor, rate_hz: Rate, between: u64) -> Result<Heat, FirmwareError> {
         if !(1..=32_767).contains(&motor.rated) || !(1..=10_000).contains(&motor.peak_ms) {
             return Err(FirmwareError::Motor(*motor));
         }
         let rated2 = u64::from(motor.rated).pow(2);
-        let turns = ticks(motor.peak_ms.into(), rate_hz) / between;
+        let turns = rate_hz.ticks_in(motor.peak_ms.into()) / between;
         let whole = (32_767_u64.pow(2)).saturating_sub(rated2).max(1) * turns.max(1);
         // The sum is kept below 2^30.
         let shift = (0..31)

@@ -28,6 +28,10 @@ board_converter:
         str     r1, [r0, #0x08]
         ldr     r1, =RATE
         str     r1, [r0, #0x18]
+        .if     RATE_SECONDS > 1
+        ldr     r1, =RATE_SECONDS
+        str     r1, [r0, #0x3c]
+        .endif
         movs    r1, #3
         str     r1, [r0]
         bx      lr

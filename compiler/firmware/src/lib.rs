@@ -15,6 +15,8 @@
 //!
 //! Not here: the code of the keys (`thumb`), addresses (`image`), files.
 
+use whippen_rate::Rate;
+
 mod boards;
 mod code;
 mod constants;
@@ -54,7 +56,7 @@ pub struct Setup {
     /// where an instrument is played once.
     pub keys: Vec<u32>,
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// What is guarded of a key: its port. Of an instrument that is played once, each of its ports.
     pub ports: Vec<GuardedPort>,
     /// The MIDI note of the first key; 21 is A0.

@@ -28,7 +28,7 @@ pub fn objects(
 ) -> Result<Vec<Object>, FirmwareError> {
     let constants = constants(programs, setup, board)?;
     let mut tables = tables(programs, instruments);
-    let period = u64::from(board.board.clock_hz / setup.rate_hz.max(1));
+    let period = setup.rate_hz.cycles_min(board.board.clock_hz);
     for core in programs.iter().flat_map(|program| &program.cores) {
         let calls = |cut| parts::as_assembly(core, cut, period, setup.words_of(1));
         tables.extend(core.cut.iter().flat_map(calls));

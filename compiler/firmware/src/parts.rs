@@ -36,6 +36,10 @@ use super::{CORES, drive_offset_bytes, wires};
 /// An instrument in parts, with the modes of each.
 #[derive(Debug, Clone)]
 pub struct InParts {
+    /// What is cut.
+    pub whole: Kernel,
+    /// How many instructions the modes of a part may have.
+    pub instructions: usize,
     /// The parts.
     pub parts: Parts,
     /// The modes of each, in the same order.
@@ -96,6 +100,19 @@ impl InParts {
             of_core[part] = core;
         }
         of_core
+    }
+
+    /// The core of every part, on so many, where each member is all that one core has.
+    pub fn on_own_cores(&self, cores: usize) -> Vec<usize> {
+        let core = |role| match role {
+            Role::Member(number) => cores.saturating_sub(1).min(number as usize),
+            _ => 0,
+        };
+        self.parts
+            .parts
+            .iter()
+            .map(|part| core(part.role))
+            .collect()
     }
 }
 

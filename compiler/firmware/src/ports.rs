@@ -9,7 +9,7 @@
 
 use std::fmt::Write;
 
-use super::constants::{FROZEN_MS, Heat, RAIL_MS, ticks};
+use super::constants::{FROZEN_MS, Heat, RAIL_MS};
 use super::{FirmwareError, Motor, Setup};
 
 /// What is guarded of a port.
@@ -102,7 +102,10 @@ pub(super) fn table_as_assembly(setup: &Setup, distance: u32) -> Result<String, 
             None => (u16::MAX.into(), 0, Heat::NONE, 0),
         };
         let age = |ms: u64| {
-            let least = ticks(ms, setup.rate_hz).max(u64::from(UPDATES * port.update_ticks));
+            let least = setup
+                .rate_hz
+                .ticks_in(ms)
+                .max(u64::from(UPDATES * port.update_ticks));
             least.min(0xffff)
         };
         let [low, high] = port.mid_travel;

@@ -26,6 +26,7 @@ use super::op::Effect;
 use super::{Inst, Kernel, Op, OpError, Range, Region, Type, Value, ValueInfo};
 use std::collections::HashMap;
 use whippen_ids::IdMap;
+use whippen_rate::Rate;
 
 /// Something computed before: operator, type of the result, operands.
 type Known = (Op, Type, Vec<Value>);
@@ -62,10 +63,10 @@ enum MadeOf {
 
 impl Builder {
     /// A kernel without declarations; instructions go to `init` first.
-    pub fn new(name: &str, rate_hz: u32) -> Builder {
+    pub fn new(name: &str, rate_hz: impl Into<Rate>) -> Builder {
         let kernel = Kernel {
             name: name.to_string(),
-            rate_hz,
+            rate_hz: rate_hz.into(),
             ..Kernel::default()
         };
         Builder {

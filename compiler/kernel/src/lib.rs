@@ -65,6 +65,7 @@ pub use walk::Walk;
 
 use std::fmt;
 use whippen_ids::{IdMap, impl_id};
+use whippen_rate::Rate;
 
 /// A type of value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -305,7 +306,7 @@ pub struct Kernel {
     /// Name.
     pub name: String,
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// Sensor words.
     pub inputs: Vec<Port>,
     /// Drive words.

@@ -10,6 +10,7 @@ use super::{Cell, Event, Immediate, Kernel, Keyed, Line, Live, Port, Probe, Rang
 use lex::{Lexeme, Token};
 use std::collections::HashMap;
 use std::fmt;
+use whippen_rate::Rate;
 
 /// Why a text is no Kernel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,7 +63,7 @@ impl Parser {
         self.word("kernel")?;
         self.kernel.name = self.name()?;
         self.sign(Token::At)?;
-        self.kernel.rate_hz = self.number()?;
+        self.kernel.rate_hz = self.rate()?;
         self.sign(Token::Open)?;
         while !self.takes(Token::Close) {
             let lexeme = self.peek().clone();
@@ -72,6 +73,18 @@ impl Parser {
             }
         }
         self.sign(Token::End)
+    }
+
+    /// `44100` or `750000/17`
+    fn rate(&mut self) -> Result<Rate, ParseError> {
+        let at = self.at;
+        let ticks = self.number()?;
+        let seconds = if self.takes(Token::Slash) {
+            self.number()?
+        } else {
+            1
+        };
+        Rate::new(ticks, seconds).ok_or_else(|| self.error_at(at, "a rate of 0".to_string()))
     }
 
     fn item(&mut self, word: &str) -> Result<(), ParseError> {

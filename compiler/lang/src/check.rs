@@ -80,34 +80,31 @@ use crate::model::Model;
 use crate::syntax::ast::File;
 use table_file::TableFiles;
 use whippen_keyboard::Layout;
+use whippen_rate::{DENOMINATOR_MAX, HZ_MAX, Rate};
 use whippen_source::Span;
 
 /// The highest rate (Hz) of ticks: more is no keyboard, whose converters take longer.
-pub const RATE_HZ_MAX: u32 = 1_000_000;
 
-/// Ticks per second where neither caller nor keyboard says otherwise.
-pub const USUAL_RATE_HZ: u32 = 44_100;
-
-/// A rate of ticks, if it is one: a whole number of hertz up to [`RATE_HZ_MAX`].
+/// A rate of ticks, if it is one: from 1 to [`HZ_MAX`] Hz, whole or a fraction.
 ///
 /// # Errors
 /// What a rate is, in words.
-pub fn tick_rate(hertz: f64) -> Result<u32, String> {
-    if hertz.fract() == 0.0 && (1.0..=f64::from(RATE_HZ_MAX)).contains(&hertz) {
-        Ok(hertz as u32)
-    } else {
-        Err(format!(
-            "a rate is a whole number of ticks per second, from 1 to {RATE_HZ_MAX} Hz"
-        ))
-    }
+pub fn tick_rate(hertz: f64) -> Result<Rate, String> {
+    let rate = Rate::of_hz(hertz).filter(|rate| rate.hz() >= 1.0);
+    rate.ok_or_else(|| {
+        format!(
+            "a rate is from 1 to {HZ_MAX} Hz, or a fraction such as 150 MHz / 3400, \
+             with a denominator of at most {DENOMINATOR_MAX}"
+        )
+    })
 }
 
 /// What the caller decides.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// Ticks per second, a [`tick_rate`]; where it is not decided, the keyboard's, or
-    /// [`USUAL_RATE_HZ`].
-    pub rate_hz: Option<u32>,
+    /// 44100 Hz.
+    pub rate_hz: Option<Rate>,
     /// Parameters set from outside: `name` or `instrument.name`, and the value as text (`0.4N`,
     /// `off`).
     pub sets: Vec<(String, String)>,
@@ -136,7 +133,7 @@ pub struct Keyboard {
     /// Sensors, converters, motor and key; of keys `mikey` unless it says otherwise.
     pub device: DeviceName,
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// Its keys, and its programs: instruments by their place in [`Program::instruments`].
     pub layout: Layout,
 }
@@ -154,8 +151,8 @@ pub enum DeviceName {
 
 impl Options {
     /// Ticks per second where no keyboard says otherwise.
-    fn usual_rate_hz(&self) -> u32 {
-        self.rate_hz.unwrap_or(USUAL_RATE_HZ).max(1)
+    fn usual_rate_hz(&self) -> Rate {
+        self.rate_hz.unwrap_or_default()
     }
 }
 

@@ -32,6 +32,7 @@ pub use strand::{End, GridNumber, Push, Reading, Rub, Strand, StrandId};
 
 use crate::units::Dim;
 use whippen_ids::{IdMap, impl_id};
+use whippen_rate::Rate;
 use whippen_source::Span;
 
 /// Index of a [`Cell`].
@@ -68,7 +69,7 @@ pub struct Model {
     /// Its documentation.
     pub doc: String,
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// All values.
     pub dag: Dag,
     /// Where each value was first written, by node number; may be shorter than the graph.

@@ -1,6 +1,7 @@
 //! Scales of a device: how raw words map to the world, for lowering and every engine.
 
 use whippen_lang::model::{Interval, Model};
+use whippen_rate::Rate;
 
 /// Scales of the ports of a device.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,7 +74,7 @@ impl Scales {
     }
 
     /// Whole words per tick that `speed` (SI per second) allows; at least 1.
-    pub fn words_per_tick(&self, speed: f64, rate_hz: u32) -> i64 {
+    pub fn words_per_tick(&self, speed: f64, rate_hz: Rate) -> i64 {
         (speed / f64::from(rate_hz) / self.sensor_lsb)
             .floor()
             .clamp(1.0, 65535.0) as i64
@@ -117,7 +118,7 @@ mod tests {
 
     #[test]
     fn ten_metres_per_second_is_1350_words_per_tick() {
-        assert_eq!(MIKEY.words_per_tick(10.0, 44_100), 1350);
-        assert_eq!(MIKEY.words_per_tick(1e-9, 44_100), 1);
+        assert_eq!(MIKEY.words_per_tick(10.0, 44_100.into()), 1350);
+        assert_eq!(MIKEY.words_per_tick(1e-9, 44_100.into()), 1);
     }
 }

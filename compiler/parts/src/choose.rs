@@ -1,6 +1,7 @@
 //! Which classes are members, and what part every class belongs to.
 
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 
 use crate::Role;
 use crate::classes::Classes;
@@ -43,22 +44,28 @@ pub fn independent(classes: &Classes, wanted: impl Iterator<Item = usize>) -> Ve
 }
 
 /// The part of every class.
-pub fn roles(classes: &Classes, members: &[usize]) -> Vec<Role> {
+#[derive(Debug)]
+pub struct Roles {
+    /// As it is cut.
+    pub own: Vec<Role>,
+    /// As it would be if no members were together.
+    pub apart: Vec<Role>,
+}
+
+/// The part of every class; each of these is in the member of that number.
+pub fn roles(classes: &Classes, members: &[(usize, u32)]) -> Vec<Role> {
     let all = &classes.classes;
     let leads = |from: usize, to: usize| all[from].leads_to.contains(&to);
     let mut roles: Vec<Role> = Vec::new();
     // Classes are numbered so that ways lead to higher numbers.
     for (class, own) in all.iter().enumerate() {
-        let numbered = (0..).zip(members);
-        let to: Vec<u32> = numbered
-            .filter(|(_, member)| leads(class, **member))
-            .map(|(number, _)| number)
-            .collect();
-        let role = match to[..] {
-            [only] if !own.senses => Role::Member(only),
-            [_, ..] => Role::Head,
-            [] if own.leaves || own.senses => Role::Tail,
-            [] => behind(
+        let reached = members.iter().filter(|(member, _)| leads(class, *member));
+        let to: BTreeSet<u32> = reached.map(|(_, number)| *number).collect();
+        let role = match (to.len(), to.first()) {
+            (1, Some(only)) if !own.senses => Role::Member(*only),
+            (1.., _) => Role::Head,
+            _ if own.leaves || own.senses => Role::Tail,
+            _ => behind(
                 (0..class)
                     .filter(|from| leads(*from, class))
                     .map(|from| roles[from]),

@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use whippen_kernel::op::Immediate;
 use whippen_kernel::{Cell, Inst, Kernel, Live, Op, Range, Region, Type, Value, ValueInfo, sweep};
 
+use crate::choose::Roles;
 use crate::classes::Classes;
 use crate::nodes::{Nodes, Place, places, uses};
 use crate::{Of, Part, Parts, Role, Wire};
@@ -19,7 +20,7 @@ pub fn cut(
     kernel: &Kernel,
     nodes: &Nodes,
     classes: &Classes,
-    roles: &[Role],
+    roles: &Roles,
     members: usize,
 ) -> Option<Parts> {
     let cutter = Cutter {
@@ -80,7 +81,7 @@ struct Cutter<'a> {
     kernel: &'a Kernel,
     nodes: &'a Nodes,
     classes: &'a Classes,
-    roles: &'a [Role],
+    roles: &'a Roles,
 }
 
 /// A part that is cut.
@@ -96,13 +97,13 @@ struct CutPart {
 impl Cutter<'_> {
     /// The role of a node that stands in one part alone.
     fn role(&self, node: usize) -> Option<Role> {
-        Some(self.roles[self.classes.of_node[node]?])
+        Some(self.roles.own[self.classes.of_node[node]?])
     }
 
     /// The role of a place: the tail's where nobody uses it.
     fn role_of(&self, place: Place) -> Role {
         let class = self.classes.of_place.get(&place);
-        class.map_or(Role::Tail, |class| self.roles[*class])
+        class.map_or(Role::Tail, |class| self.roles.own[*class])
     }
 
     /// Whether no part needs one that runs later, or beside it.
@@ -134,6 +135,30 @@ impl Cutter<'_> {
             }
         }
         own
+    }
+
+    /// The nodes of a part, member by member where several are together, behind what is for all of
+    /// them: so as little is alive at a time as where they are apart.
+    fn one_by_one(&self, own: BTreeSet<usize>) -> Vec<usize> {
+        let mut turns: BTreeMap<usize, Role> = BTreeMap::new();
+        for at in own.iter().rev() {
+            // What is copied stands where it is first used.
+            let role = match self.classes.of_node[*at] {
+                Some(class) => self.roles.apart[class],
+                None => turns.get(at).copied().unwrap_or(Role::Head),
+            };
+            turns.insert(*at, role);
+            for value in uses(&self.nodes.nodes[*at].inst) {
+                let from = self.nodes.defining.get(&value);
+                if let Some(from) = from.filter(|from| self.nodes.nodes[**from].copied) {
+                    let first = turns.entry(*from).or_insert(role);
+                    *first = role.min(*first);
+                }
+            }
+        }
+        let mut ordered: Vec<usize> = own.into_iter().collect();
+        ordered.sort_by_key(|at| (turns.get(at).copied(), *at));
+        ordered
     }
 
     /// The values that a part takes from others.
@@ -177,7 +202,7 @@ impl Cutter<'_> {
             let new = cut.take(*value, &mut insts);
             renamed.insert(*value, new);
         }
-        for at in own {
+        for at in self.one_by_one(own) {
             let mut inst = self.nodes.nodes[at].inst.clone();
             inst.for_each_value_mut(&mut |value| {
                 *value = renamed.get(value).copied().unwrap_or(*value);

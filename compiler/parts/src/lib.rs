@@ -37,6 +37,8 @@ use std::fmt;
 
 use whippen_kernel::{Kernel, Op};
 
+use choose::Roles;
+
 pub use choose::MEMBER_CYCLES_MIN;
 pub use run::Running;
 
@@ -115,21 +117,34 @@ pub struct Parts {
 /// A Kernel in parts, if at least two members are worth it: each of [`MEMBER_CYCLES_MIN`] cycles or
 /// more, as the target's table estimates them. It has no probes.
 pub fn split(kernel: &Kernel) -> Option<Parts> {
-    split_by(kernel, choose::most_expensive)
+    split_by(kernel, choose::most_expensive, |member| Some(member as u32))
 }
 
-/// As [`split`], with members that lie around these instructions of the tick (by their places), as
-/// far as they do not depend on each other: at least one. For tests.
-pub fn split_around(kernel: &Kernel, insts: &[usize]) -> Option<Parts> {
-    split_by(kernel, |classes| {
+/// As [`split`], with some members together: of each, the number of that which it becomes one of.
+/// What these alone need is theirs; what was the tail's stays there.
+pub fn split_together(kernel: &Kernel, together: &[u32]) -> Option<Parts> {
+    let number = |member: usize| together.get(member).copied();
+    split_by(kernel, choose::most_expensive, number)
+}
+
+/// As [`split_together`], with members that lie around these instructions of the tick (by their
+/// places), as far as they do not depend on each other: at least one. For tests.
+pub fn split_around(
+    kernel: &Kernel,
+    insts: &[usize],
+    together: impl Fn(usize) -> u32,
+) -> Option<Parts> {
+    let choose = |classes: &classes::Classes| {
         let own = insts.iter().filter_map(|at| classes.of_inst(*at));
         choose::independent(classes, own)
-    })
+    };
+    split_by(kernel, choose, |member| Some(together(member)))
 }
 
 fn split_by(
     kernel: &Kernel,
     choose: impl FnOnce(&classes::Classes) -> Vec<usize>,
+    number: impl Fn(usize) -> Option<u32>,
 ) -> Option<Parts> {
     if kernel
         .all_insts()
@@ -140,12 +155,25 @@ fn split_by(
     let mut kernel = kernel.clone();
     let nodes = nodes::Nodes::of(&mut kernel);
     let classes = classes::Classes::of(&kernel, &nodes);
-    let members = choose(&classes);
-    if members.is_empty() {
-        return None;
+    let chosen = choose(&classes);
+    let numbered = |number: &dyn Fn(usize) -> Option<u32>| -> Option<Vec<(usize, u32)>> {
+        let members = chosen.iter().enumerate();
+        let members = members.map(|(member, class)| Some((*class, number(member)?)));
+        members.collect()
+    };
+    let together = numbered(&number)?;
+    let last = together.iter().map(|(_, number)| *number).max()?;
+    let apart = numbered(&|member| Some(member as u32))?;
+    let apart = choose::roles(&classes, &apart);
+    let mut own = choose::roles(&classes, &together);
+    for (own, apart) in own.iter_mut().zip(&apart) {
+        // What is heard is looked for in the tail.
+        if *apart == Role::Tail {
+            *own = Role::Tail;
+        }
     }
-    let roles = choose::roles(&classes, &members);
-    cut::cut(&kernel, &nodes, &classes, &roles, members.len())
+    let roles = Roles { own, apart };
+    cut::cut(&kernel, &nodes, &classes, &roles, last as usize + 1)
 }
 
 #[cfg(test)]

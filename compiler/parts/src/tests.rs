@@ -45,7 +45,14 @@ fn compare(kernel: &Kernel, parts: &Parts, rng: &mut Rng, told: &str) {
     }
 }
 
-/// Random kernels, members around random instructions.
+/// The cells of the tail, but for what it leaves.
+fn cells_of_tail(parts: &Parts) -> Vec<String> {
+    let cells = parts.parts.last().map(|tail| &tail.kernel.cells);
+    let names = cells.into_iter().flatten().map(|cell| cell.name.clone());
+    names.filter(|name| name != "wires").collect()
+}
+
+/// Random kernels, members around random instructions, apart and together.
 #[test]
 fn parts_of_random_kernels_do_what_the_whole_does() {
     let wanted = std::env::var("WHIPPEN_KERNELS").ok();
@@ -56,11 +63,20 @@ fn parts_of_random_kernels_do_what_the_whole_does() {
         let mut rng = Rng::new(seed ^ 0x5eed);
         let count = kernel.tick.insts.len() as u64;
         let wanted: Vec<usize> = (0..8).map(|_| rng.below(count.max(1)) as usize).collect();
-        if let Some(parts) = split_around(&kernel, &wanted) {
+        let mut tail = Vec::new();
+        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32) {
+            tail = cells_of_tail(&parts);
             cuts += 1;
             several += u64::from(parts.parts.len() > 3);
             crossing += u64::from(parts.wires.len() > 2);
             compare(&kernel, &parts, &mut rng, &format!("seed {seed}"));
+        }
+        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32 % 2) {
+            assert!(parts.parts.len() <= 4);
+            let cells = cells_of_tail(&parts);
+            let is_there = |cell: &String| cells.contains(cell);
+            assert!(tail.iter().all(is_there), "seed {seed}: {tail:?}");
+            compare(&kernel, &parts, &mut rng, &format!("seed {seed}, together"));
         }
     }
     println!("{cuts} of {kernels} cut, {several} with several members, {crossing} with wires");

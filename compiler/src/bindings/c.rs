@@ -21,10 +21,11 @@ pub fn c_header(own: &Interface) -> String {
          \x20* events taken at any time by one reader, also while a tick runs. */\n\
          #ifndef {big}_H\n#define {big}_H\n\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n\n\
          #ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n\
-         #define {big}_KEYS {keys}\n#define {big}_FIRST_KEY {first}\n#define {big}_RATE_HZ {rate}\n#define {big}_STATE_BYTES {bytes}\n",
+         #define {big}_KEYS {keys}\n#define {big}_FIRST_KEY {first}\n#define {big}_RATE_HZ {rate_constant}\n#define {big}_STATE_BYTES {bytes}\n",
         keys = own.keys,
         first = own.first_key,
         rate = own.rate_hz,
+        rate_constant = whippen_c99::rate_constant(own.rate_hz),
         bytes = match own.component {
             Some(_) => format!("sizeof(struct {name}_state)"),
             None => own.state_bytes.to_string(),

@@ -18,6 +18,8 @@ pub fn rust_module(own: &Interface) -> String {
         Some(_) => "core::mem::size_of::<State>()".to_string(),
         None => own.state_bytes.to_string(),
     };
+    let (rate_constant, is_float) = rate_hz.constant();
+    let rate_type = if is_float { "f64" } else { "u32" };
     let mut text = format!(
         "//! {name}: {keys} keys at {rate_hz} ticks a second. Written by Whippen.\n\
          //!\n\
@@ -27,7 +29,7 @@ pub fn rust_module(own: &Interface) -> String {
          use core::ptr::{{addr_of, addr_of_mut}};\n\n\
          /// Keys.\npub const KEYS: usize = {keys};\n\
          /// The number of the first key, from which events count.\npub const FIRST_KEY: u16 = {first_key};\n\
-         /// Ticks per second.\npub const RATE_HZ: u32 = {rate_hz};\n\
+         /// Ticks per second.\npub const RATE_HZ: {rate_type} = {rate_constant};\n\
          /// Bytes of the state.\npub const STATE_BYTES: usize = {state_bytes};\n"
     );
     ports(&mut text, "INPUT", &own.inputs.1);

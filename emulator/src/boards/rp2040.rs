@@ -5,10 +5,12 @@ use crate::board::CoreKind;
 use crate::bus::Waits;
 use crate::device::clocks;
 use crate::device::dma;
+use crate::device::pio::PioLayout;
 use crate::device::power::Stages;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
+use crate::pins::PinLayout;
 
 pub(super) const CHIP: ChipTable = ChipTable {
     core: CoreKind::CortexM0Plus,
@@ -89,9 +91,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
         (0x1400_0000, XIP_CTRL),
         (0x4000_0000, SYSINFO),
         (0x4000_4000, &[words(0, 7)]),
-        (0x4001_4000, IO_BANK0),
         (0x4001_8000, IO_QSPI),
-        (0x4001_c000, PADS),
         (0x4002_0000, PADS),
         (0x4002_4000, XOSC),
         (0x4002_8000, PLL),
@@ -111,6 +111,14 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     // On clk_peri: SPI0 and 1, UART0 and 1.
     resets: (0x4000_c000, RESETS, 3 << 16 | 3 << 22),
+    io_bank: (0x4001_4000, IO_BANK0),
+    pads: (0x4001_c000, PADS),
+    pins: PinLayout {
+        count: 30,
+        blocks: 2,
+        overrides: [8, 12, 16],
+        pad_reset: 0x56,
+    },
     sio: Chip::Rp2040,
     // The single-cycle port of the Cortex-M0+: one cycle instead of two.
     sio_waits: Waits {
@@ -130,6 +138,18 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     watchdog: (0x4005_8000, 2),
     watchdog_ticks: None,
+    pios: &[
+        PioLayout {
+            base: 0x5020_0000,
+            interrupt: 7,
+            version: 0,
+        },
+        PioLayout {
+            base: 0x5030_0000,
+            interrupt: 9,
+            version: 0,
+        },
+    ],
     dma: dma::RP2040,
     converter: (0x4007_0000, 31),
     busctrl: 0x4003_0000,

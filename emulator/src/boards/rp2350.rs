@@ -6,10 +6,12 @@ use crate::board::CoreKind;
 use crate::bus::Waits;
 use crate::device::clocks;
 use crate::device::dma;
+use crate::device::pio::PioLayout;
 use crate::device::power::Stages;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
+use crate::pins::PinLayout;
 
 pub(super) const CHIP: ChipTable = ChipTable {
     core: CoreKind::CortexM33,
@@ -65,9 +67,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
     registers: &[
         (0x4000_0000, SYSINFO),
         (0x4000_8000, &[words(0, 8)]),
-        (0x4002_8000, IO_BANK0),
         (0x4003_0000, IO_QSPI),
-        (0x4003_8000, PADS),
         (0x4004_0000, PADS),
         (0x4004_8000, XOSC),
         (0x4005_0000, PLL),
@@ -91,6 +91,14 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     // On clk_peri: SPI0 and 1, UART0 and 1.
     resets: (0x4002_0000, RESETS, 3 << 18 | 3 << 26),
+    io_bank: (0x4002_8000, IO_BANK0),
+    pads: (0x4003_8000, PADS),
+    pins: PinLayout {
+        count: 48,
+        blocks: 3,
+        overrides: [12, 14, 16],
+        pad_reset: 0x116,
+    },
     sio: Chip::Rp2350,
     sio_waits: Waits { read: 0, write: 0 },
     timers: &[(0x400b_0000, 0), (0x400b_8000, 4)],
@@ -106,6 +114,23 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     watchdog: (0x400d_8000, 1),
     watchdog_ticks: Some((0x4010_8000, 0x30)),
+    pios: &[
+        PioLayout {
+            base: 0x5020_0000,
+            interrupt: 15,
+            version: 1,
+        },
+        PioLayout {
+            base: 0x5030_0000,
+            interrupt: 17,
+            version: 1,
+        },
+        PioLayout {
+            base: 0x5040_0000,
+            interrupt: 19,
+            version: 1,
+        },
+    ],
     dma: dma::RP2350,
     converter: (0x4017_0000, 46),
     busctrl: 0x4006_8000,

@@ -107,7 +107,7 @@ pub(super) fn attach(bus: &mut Bus, setup: ConverterSetup) -> Ports {
         bus.attach(base, BLOCK, PERIPHERAL, Box::new(Uart::stm32(irq, cycles)))
     });
     let (base, irq) = CONVERTER;
-    let converter = Converter::new(CLOCK_HZ, irq, setup.keys, setup.rate_hz);
+    let converter = Converter::new(CLOCK_HZ, irq, setup.keys, setup.rate);
     let converter = bus.attach(base, 4 * BLOCK, PERIPHERAL, Box::new(converter));
     Ports { uarts, converter }
 }

@@ -21,6 +21,8 @@ fn every_board_can_be_built_and_nothing_overlaps() {
         bases.extend(chip.timers.iter().map(|(base, _)| *base));
         bases.extend(chip.uarts.iter().map(|(base, _)| *base));
         bases.extend([
+            chip.io_bank.0,
+            chip.pads.0,
             chip.clocks.0,
             chip.resets.0,
             chip.power.0,
@@ -31,6 +33,7 @@ fn every_board_can_be_built_and_nothing_overlaps() {
             SIO_BASE,
         ]);
         bases.extend(chip.bootram);
+        bases.extend(chip.pios.iter().map(|pio| pio.base));
         bases.sort_unstable();
         assert!(
             bases.windows(2).all(|pair| pair[1] - pair[0] >= BLOCK),

@@ -6,6 +6,8 @@ use crate::bus::Access;
 
 /// Bytes from one copy of a block to the next.
 pub(crate) const COPY: u32 = 0x1000;
+/// A block with its copies.
+pub(crate) const BLOCK: u32 = 4 * COPY;
 
 /// The offset inside the block.
 pub(crate) fn plain(offset: u32) -> u32 {

@@ -17,13 +17,14 @@
 //! | 0x0c | SENSE | address of the sensor words, 16 bits each, in the order of keys |
 //! | 0x10 | DRIVE | address of the drive words |
 //! | 0x14 | HALF | bytes from the first half of a double buffer to the second |
-//! | 0x18 | RATE | ticks per second |
+//! | 0x18 | RATE | ticks per second, or in SECONDS |
 //! | 0x1c | TICKS | ticks since it was enabled |
 //! | 0x20 | OVERRUNS | ticks that came too early |
 //! | 0x24 | SPLIT | from this key on, words lie in buffers of their own (reset: above all keys) |
 //! | 0x28, 0x2c, 0x30 | SENSE1, DRIVE1, HALF1 | theirs, as 0x0c to 0x14 |
 //! | 0x34 | LEFT | a sample of the left channel, signed |
 //! | 0x38 | RIGHT | one of the right channel; both leave |
+//! | 0x3c | SECONDS | in which there are RATE ticks (reset: 1) |
 
 use std::collections::VecDeque;
 
@@ -67,7 +68,9 @@ pub struct Converter {
     split: u32,
     /// Of the keys below the split, and of the others.
     buffers: [Buffers; 2],
-    rate_hz: u32,
+    /// Ticks in `seconds`.
+    rate: u32,
+    seconds: u32,
     /// The cycle it was enabled in.
     started: u64,
     ticks: u32,
@@ -83,7 +86,12 @@ pub struct Converter {
 }
 
 impl Converter {
-    pub(crate) fn new(clock_hz: u32, interrupt: usize, keys: u32, rate_hz: u32) -> Self {
+    pub(crate) fn new(
+        clock_hz: u32,
+        interrupt: usize,
+        keys: u32,
+        [rate, seconds]: [u32; 2],
+    ) -> Self {
         Self {
             samples: VecDeque::new(),
             recording: false,
@@ -98,7 +106,8 @@ impl Converter {
             keys,
             split: KEYS_MAX,
             buffers: [Buffers::default(); 2],
-            rate_hz,
+            rate,
+            seconds,
             started: 0,
             ticks: 0,
             overruns: 0,
@@ -144,10 +153,15 @@ impl Converter {
     /// The cycle in which a tick is requested, counted from 0: the rate need not divide the clock,
     /// and no fraction is lost.
     pub fn cycle_of(&self, tick: u32) -> u64 {
-        let cycles =
-            u128::from(tick + 1) * u128::from(self.clock_hz) / u128::from(self.rate_hz.max(1));
+        let cycles = u128::from(tick + 1) * u128::from(self.clock_hz) * u128::from(self.seconds)
+            / u128::from(self.ticks_in_seconds().max(1));
         self.started
             .saturating_add(u64::try_from(cycles).unwrap_or(u64::MAX))
+    }
+
+    /// What RATE says, at most [`RATE_MAX`] a second.
+    fn ticks_in_seconds(&self) -> u64 {
+        u64::from(self.rate).min(u64::from(self.seconds) * RATE_MAX)
     }
 
     /// The half of double buffers that a tick uses.
@@ -264,7 +278,7 @@ impl Converter {
 /// More keys than any keyboard has, at a rate that no converter of one reaches: bounds on the work
 /// of a cycle.
 const KEYS_MAX: u32 = 1024;
-const RATE_MAX: u32 = 1_000_000;
+const RATE_MAX: u64 = 1_000_000;
 
 impl Device for Converter {
     fn read(&mut self, access: Access, _: &mut Bus) -> Result<u32, BusError> {
@@ -275,7 +289,7 @@ impl Device for Converter {
             0x0c => self.buffers[0].sense,
             0x10 => self.buffers[0].drive,
             0x14 => self.buffers[0].half,
-            0x18 => self.rate_hz,
+            0x18 => self.rate,
             0x1c => self.ticks.wrapping_add(self.ticks_before),
             0x20 => self.overruns,
             0x24 => self.split,
@@ -284,6 +298,7 @@ impl Device for Converter {
             0x30 => self.buffers[1].half,
             0x34 => self.samples_out[0],
             0x38 => self.samples_out[1],
+            0x3c => self.seconds,
             _ => return Err(BusError),
         };
         Ok(alias::part(access.offset, word))
@@ -298,7 +313,7 @@ impl Device for Converter {
             0x0c => self.buffers[0].sense = whole(self.buffers[0].sense),
             0x10 => self.buffers[0].drive = whole(self.buffers[0].drive),
             0x14 => self.buffers[0].half = whole(self.buffers[0].half),
-            0x18 => self.rate_hz = whole(self.rate_hz).min(RATE_MAX),
+            0x18 => self.rate = whole(self.rate),
             0x1c | 0x20 => {}
             0x24 => self.split = whole(self.split).min(KEYS_MAX),
             0x28 => self.buffers[1].sense = whole(self.buffers[1].sense),
@@ -306,6 +321,7 @@ impl Device for Converter {
             0x30 => self.buffers[1].half = whole(self.buffers[1].half),
             0x34 => self.samples_out[0] = whole(self.samples_out[0]),
             0x38 => self.play(whole(self.samples_out[1])),
+            0x3c => self.seconds = whole(self.seconds),
             _ => return Err(BusError),
         }
         self.interrupts(bus);
@@ -313,7 +329,7 @@ impl Device for Converter {
     }
 
     fn due(&self) -> u64 {
-        let runs = self.control & ENABLE != 0 && self.rate_hz != 0;
+        let runs = self.control & ENABLE != 0 && self.ticks_in_seconds() != 0;
         if runs {
             self.cycle_of(self.ticks)
         } else {
@@ -343,7 +359,7 @@ mod tests {
 
     fn converter() -> (Converter, Bus) {
         let mut pair = (
-            Converter::new(150_000_000, 46, 2, 44_100),
+            Converter::new(150_000_000, 46, 2, [44_100, 1]),
             Bus::new(&Board::generic(CoreKind::CortexM33)).unwrap(),
         );
         pair.0.recording = true;

@@ -3,8 +3,9 @@
 //!
 //! Not here: the checksum of passing data, and wait states of what is accessed.
 
-use crate::bus::{Access, Bus, BusError, Device, DeviceId};
+use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
 use crate::device::alias;
+use crate::device::pio::Pio;
 use crate::device::uart::Uart;
 
 mod channel;
@@ -55,20 +56,24 @@ const POLL: u64 = 64;
 pub(crate) struct Dma {
     layout: Layout,
     uarts: [DeviceId; 2],
+    /// Blocks of state machines, each with eight requests, from 0 on.
+    pios: Vec<DeviceId>,
     channels: Vec<Channel>,
     raised: u32,
     enabled: [u32; 4],
     forced: [u32; 4],
     /// X / Y transfers a cycle, and the accumulated fraction.
     timers: [u32; 4],
-    /// The cycle in which the next transfer may happen.
+    /// The cycle in which it looks for the next transfer, if nobody tells it of a request.
     next: u64,
+    /// The cycle after the last transfer.
+    free: u64,
     /// The channel that was served last.
     last: usize,
 }
 
 impl Dma {
-    pub(crate) fn new(layout: Layout, uarts: [DeviceId; 2]) -> Self {
+    pub(crate) fn new(layout: Layout, uarts: [DeviceId; 2], pios: Vec<DeviceId>) -> Self {
         let channels = (0..layout.channels)
             .map(|i| Channel::new(layout.bits, i))
             .collect();
@@ -76,14 +81,27 @@ impl Dma {
         Self {
             layout,
             uarts,
+            pios,
             channels,
             raised: 0,
             enabled,
             forced,
             timers,
             next: 0,
+            free: 0,
             last: 0,
         }
+    }
+
+    /// Puts it on the bus, where it hears of requests.
+    pub(crate) fn attach(bus: &mut Bus, base: u32, dma: Self) -> DeviceId {
+        let id = bus.attach(base, alias::BLOCK, Waits::default(), Box::new(dma));
+        let watches = Notices {
+            pins: false,
+            requests: true,
+        };
+        bus.watch(id, watches);
+        id
     }
 
     fn active(&self, index: usize) -> u32 {
@@ -121,7 +139,9 @@ impl Dma {
                 }
             })
         } else {
-            false
+            let pio = self.pios.get(request as usize / 8);
+            pio.and_then(|id| bus.device::<Pio>(*id))
+                .is_some_and(|pio| pio.requests(request % 8))
         }
     }
 
@@ -147,17 +167,16 @@ impl Dma {
         }
     }
 
+    /// When to look again: pacing timers are known, serial ports are asked, the others tell.
     fn next_request(&self) -> u64 {
-        let paced = |c: &&Channel| c.busy && (TIMER_REQUEST..ALWAYS).contains(&c.request());
-        let timed = self
-            .channels
-            .iter()
-            .filter(paced)
-            .map(|c| c.paced_from)
-            .min();
-        timed
-            .unwrap_or(u64::MAX)
-            .clamp(self.next + 1, self.next + POLL)
+        let uarts = self.layout.uart_request..self.layout.uart_request + 4;
+        let look = |channel: &Channel| match channel.request() {
+            TIMER_REQUEST..ALWAYS => channel.paced_from.max(self.next + 1),
+            request if uarts.contains(&request) => self.next + POLL,
+            _ => u64::MAX,
+        };
+        let busy = self.channels.iter().filter(|channel| channel.busy);
+        busy.map(look).min().unwrap_or(u64::MAX)
     }
 
     fn transfer(&mut self, index: usize, bus: &mut Bus) {
@@ -165,6 +184,7 @@ impl Dma {
         let ended = self.channels[index].transfer(now, bus);
         self.last = index;
         self.next = now + 1;
+        self.free = self.next;
         self.pace(index, now);
         if ended {
             self.ended(index);
@@ -297,9 +317,13 @@ impl Device for Dma {
             self.control_write(at, alias::written(access, value, self.held(at)))
                 .ok_or(BusError)?;
         }
-        if idle {
-            self.next = access.cycle + 1;
-        }
+        // What it writes may start a channel.
+        self.free = self.free.max(access.cycle + 1);
+        self.next = if idle {
+            self.free
+        } else {
+            self.next.min(self.free)
+        };
         self.interrupts(bus);
         Ok(())
     }
@@ -309,6 +333,8 @@ impl Device for Dma {
     }
 
     fn attend(&mut self, cycle: u64, bus: &mut Bus) {
+        // A request may have come before the cycle that was set without it.
+        self.next = self.next.min(cycle.max(self.free));
         self.advance(cycle, bus);
         self.interrupts(bus);
     }

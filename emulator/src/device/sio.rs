@@ -3,7 +3,7 @@
 //! 2.3.1.5).
 //!
 //! Not here: the interpolators, the TMDS encoder and the platform timer of RP2350; their registers
-//! answer with a bus fault. Pins have no other side: inputs read as the outputs that are enabled.
+//! answer with a bus fault.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ mod divider;
 mod pins;
 
 use divider::Divider;
-use pins::Pins;
+use pins::SioPins;
 
 /// In what the SIO of the two chips differ.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -51,7 +51,7 @@ struct Mailbox {
 /// See the module.
 pub(crate) struct Sio {
     chip: Chip,
-    pins: Pins,
+    pins: SioPins,
     inbox: [Mailbox; CORES],
     /// One bit per spinlock, set while it is taken.
     locks: u32,
@@ -65,7 +65,7 @@ impl Sio {
         let (inbox, dividers) = Default::default();
         Self {
             chip,
-            pins: Pins::new(chip),
+            pins: SioPins::new(chip),
             inbox,
             locks: 0,
             bells: [0; CORES],
@@ -155,7 +155,10 @@ impl Device for Sio {
             0x100..0x180 => self.claim((at - 0x100) / 4),
             0x180 | 0x184 if two => self.bells[1 - core],
             0x188 | 0x18c if two => self.bells[core],
-            _ => self.pins.read(at).ok_or(BusError)?,
+            _ => self
+                .pins
+                .read(at, &bus.pins, access.cycle)
+                .ok_or(BusError)?,
         };
         self.interrupts(bus);
         Ok(alias::part(access.offset, word))
@@ -176,7 +179,10 @@ impl Device for Sio {
                 .ok_or(BusError)?,
             0x100..0x180 => self.locks &= !(1 << ((at - 0x100) / 4)),
             0x180..0x190 if two => self.ring(at, core, value),
-            _ => self.pins.write(at, value).ok_or(BusError)?,
+            _ => self
+                .pins
+                .write(at, value, &mut bus.pins, access.cycle)
+                .ok_or(BusError)?,
         }
         self.interrupts(bus);
         Ok(())

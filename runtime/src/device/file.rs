@@ -325,14 +325,14 @@ stop_damping = "20 N*s/m"
         };
         assert_eq!(device.port().mechanics, Some(mechanics));
         assert_eq!(
-            device.port().key(44_100).map(|key| key.delay_ticks),
+            device.port().key(44_100.into()).map(|key| key.delay_ticks),
             Some(12.5)
         );
         assert_eq!(
             read(Path::new("test.toml"), GOOD)
                 .unwrap()
                 .port()
-                .key(44_100),
+                .key(44_100.into()),
             None
         );
     }

@@ -1,5 +1,6 @@
 //! Names and units of an experiment, judged before it runs.
 
+use whippen_compiler::rate::Rate;
 use whippen_compiler::units::Dim;
 
 use super::claims::{Claim, Subject};
@@ -111,7 +112,7 @@ impl<'e> Bound<'e> {
 
 impl Experiment {
     /// The way of the player at a tick rate.
-    pub fn trajectory(&self, rate_hz: u32) -> Trajectory {
+    pub fn trajectory(&self, rate_hz: Rate) -> Trajectory {
         Trajectory::of_gesture(self.way.gesture.clone(), rate_hz)
     }
 }

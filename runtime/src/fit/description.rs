@@ -41,6 +41,7 @@
 use std::path::{Path, PathBuf};
 
 use toml::de::DeTable;
+use whippen_compiler::rate::Rate;
 use whippen_compiler::units::Dim;
 
 use super::data::{FitColumn, FitData, Fittable};
@@ -232,7 +233,11 @@ fn measured(
             return Err(top.source.error(fields.line, what));
         }
         // At its own rate nothing is resampled.
-        let values = motion::load(file, &options(&fields, rate_hz)?, rate_hz as u32)?;
+        let values = motion::load(
+            file,
+            &options(&fields, rate_hz)?,
+            Rate::whole(rate_hz as u32),
+        )?;
         let times = fields
             .quantity("times", Dim::NUMBER, "12.8")?
             .unwrap_or(1.0);

@@ -2,6 +2,7 @@
 //! more often.
 
 use std::ops::Range;
+use whippen_compiler::rate::Rate;
 
 use super::KeyLog;
 use crate::midi::Note;
@@ -73,7 +74,7 @@ impl Outcome {
         logs: &[KeyLog],
         strokes: &[Vec<Stroke>],
         emission: impl Fn(usize) -> Option<usize>,
-        rate_hz: u32,
+        rate_hz: Rate,
     ) -> Outcome {
         let mut out = Outcome {
             usual: 1,
@@ -186,7 +187,7 @@ mod tests {
             &[log],
             &strokes,
             |_| Some(1),
-            1000,
+            1000.into(),
         )
     }
 

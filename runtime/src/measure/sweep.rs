@@ -26,8 +26,7 @@ pub struct Sweep {
 }
 
 /// Where a key is that goes down and up at one speed; how long that takes (s).
-pub fn sweep_motion(protocol: &Protocol) -> (impl Fn(f64) -> f64 + use<>, f64) {
-    let (dip_m, speed) = (protocol.dip_m, protocol.speed_m_per_s);
+pub fn sweep_motion(dip_m: f64, speed: f64) -> (impl Fn(f64) -> f64, f64) {
     // A short way is gone at less than the speed.
     let start_s = START_S.min(dip_m / speed);
     let way_s = dip_m / speed + start_s;
@@ -49,7 +48,7 @@ pub fn sweep_motion(protocol: &Protocol) -> (impl Fn(f64) -> f64 + use<>, f64) {
 /// # Errors
 /// The engine cannot be built on this machine.
 pub fn sweep(compiled: &Compiled, device: &Device, protocol: &Protocol) -> Result<Sweep, RunError> {
-    let (place, seconds) = sweep_motion(protocol);
+    let (place, seconds) = sweep_motion(protocol.dip_m, protocol.speed_m_per_s);
     let rate_hz = f64::from(compiled.model.rate_hz);
     let ticks = (seconds * rate_hz).ceil() as usize;
     let move_to = |tick: usize, places: &mut [f64]| places.fill(place(tick as f64 / rate_hz));
@@ -116,7 +115,7 @@ mod tests {
             dip_m: 0.010,
             speed_m_per_s: 0.005,
         };
-        let (place, seconds) = sweep_motion(&protocol);
+        let (place, seconds) = sweep_motion(protocol.dip_m, protocol.speed_m_per_s);
         assert_eq!((place(0.0), place(seconds)), (0.0, 0.0));
         assert!((place(0.5 * seconds) - 0.010).abs() < 1e-12);
         let speed = |t: f64| (place(t + 1e-4) - place(t - 1e-4)) / 2e-4;

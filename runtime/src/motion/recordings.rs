@@ -30,7 +30,7 @@ fn key(mapped: bool) -> Option<Motion> {
         lowpass_hz: mapped.then_some(200.0),
         ..MotionOptions::default()
     };
-    Some(load(&path, &options, TICK_HZ).unwrap())
+    Some(load(&path, &options, TICK_HZ.into()).unwrap())
 }
 
 /// The times (s) at which positions rise through a level, those closer than `apart_s` to the one
@@ -115,8 +115,14 @@ fn a_hammer_at_8_khz_survives_the_way_to_the_tick_rate_and_back() {
             stops,
             ..MotionOptions::default()
         };
-        let own = load(&path, &options, 8000).unwrap().positions.to_vec();
-        let fast = load(&path, &options, TICK_HZ).unwrap().positions.to_vec();
+        let own = load(&path, &options, 8000.into())
+            .unwrap()
+            .positions
+            .to_vec();
+        let fast = load(&path, &options, TICK_HZ.into())
+            .unwrap()
+            .positions
+            .to_vec();
         assert_eq!(
             fast.len(),
             (own.len() as f64 * 44_100.0 / 8000.0).round() as usize
@@ -152,7 +158,7 @@ fn the_key_alone_is_read_too() {
             layout,
             ..MotionOptions::default()
         },
-        TICK_HZ,
+        TICK_HZ.into(),
     )
     .unwrap();
     assert!(

@@ -11,7 +11,7 @@ fn load_text(text: &str, options: &MotionOptions) -> Result<Motion, String> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("key.csv");
     std::fs::write(&path, text).unwrap();
-    load(&path, options, TICK_HZ).map_err(|e| {
+    load(&path, options, TICK_HZ.into()).map_err(|e| {
         e.to_string()
             .replace(&path.display().to_string(), "key.csv")
     })
@@ -83,7 +83,7 @@ fn of_ports(rows: &str) -> Result<PortMotion, String> {
         ("tilt", Dim::NUMBER, Moves::Turns),
         ("press", Dim::NUMBER, Moves::Not),
     ];
-    load_ports(&path, &ports, None, TICK_HZ).map_err(|e| {
+    load_ports(&path, &ports, None, TICK_HZ.into()).map_err(|e| {
         e.to_string()
             .replace(&path.display().to_string(), "arm.csv")
     })

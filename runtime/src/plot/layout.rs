@@ -43,7 +43,7 @@ pub fn draw(figure: &Figure) -> Drawing {
             (top, 280.0),
             &clock,
             (travel, force),
-            &figure.places,
+            (&figure.places, figure.measured),
         );
         bottom = top + 280.0 + LABELS;
     }

@@ -9,12 +9,17 @@ use super::frame::{
 };
 use super::time::Clock;
 use super::{Place, Series};
+use crate::measured_loop::{MeasuredLoop, Point};
+use crate::record::Record;
 
 /// Turns smaller than this part of the whole travel are taken for noise.
 const TURN: f64 = 0.02;
 /// Two colours of Paul Tol's "vibrant" scheme.
 const PRESS: Colour = 0x00_77_bb;
 const RETURN: Colour = 0xee_77_33;
+/// The same, light, for what was measured.
+const PRESS_MEASURED: Colour = 0xa6_d3_ee;
+const RETURN_MEASURED: Colour = 0xf9_d2_b8;
 
 /// The panel, without the labels of its abscissa, which stand below it.
 /// Of a long run it shows the first ticks, as many as were kept one by one: a loop through fewer
@@ -24,14 +29,16 @@ pub fn draw(
     (top, height): (f64, f64),
     clock: &Clock,
     (travel, force): (&Series, &Series),
-    places: &[Place],
+    (places, measured): (&[Place], Option<&MeasuredLoop>),
 ) {
     let is_whole = travel.record.values().is_some();
     let seconds = (!is_whole).then(|| travel.record.head().len() as f64 / clock.rate_hz);
     let bottom = top + height;
     let ((moved, x_unit, x_factor), (y_unit, y_factor)) = (moved(travel.unit), shown(force.unit));
-    let x = Axis::around([travel.record].into_iter(), LEFT, RIGHT).in_units(x_factor);
-    let y = Axis::around([force.record].into_iter(), bottom, top).in_units(y_factor);
+    let beside = measured.map(both_ways);
+    let [xs, ys] = [0, 1].map(|at| beside.iter().map(move |records| &records[at]));
+    let x = Axis::around(xs.chain([travel.record]), LEFT, RIGHT).in_units(x_factor);
+    let y = Axis::around(ys.chain([force.record]), bottom, top).in_units(y_factor);
     upright_grid(page, &x, top, bottom);
     level_grid(page, &y, top, heading(&over(force.unit, seconds), &y_unit));
     for (number, place) in places.iter().enumerate() {
@@ -45,6 +52,9 @@ pub fn draw(
             DARK,
             place.label.as_str(),
         );
+    }
+    if let Some(measured) = measured {
+        draw_measured(page, top, (&x, &y), measured);
     }
     let (ways, pushes) = (travel.record.head(), force.record.head());
     let turns = turns(ways);
@@ -73,6 +83,27 @@ pub fn draw(
     abscissa(page, &x, bottom, heading(moved, &x_unit));
 }
 
+/// What was measured, with its lines in the legend below those of the run.
+fn draw_measured(page: &mut Drawing, top: f64, (x, y): (&Axis, &Axis), measured: &MeasuredLoop) {
+    let mut branch = |points: &[Point], colour, row, name| {
+        let place = |(at, force): &Point| (x.place(*at), y.place(*force));
+        page.line(points.iter().map(place).collect(), colour, 4.0);
+        legend(page, top + 6.0 + row * LEADING, name, Some(colour), 4.0);
+    };
+    branch(&measured.press, PRESS_MEASURED, 2.0, "measured press");
+    branch(&measured.back, RETURN_MEASURED, 3.0, "measured return");
+}
+
+/// Places and forces of both branches, for the axes.
+fn both_ways(measured: &MeasuredLoop) -> [Record; 2] {
+    let mut records = [Record::whole(), Record::whole()];
+    for (place, force) in measured.points() {
+        records[0].push(*place);
+        records[1].push(*force);
+    }
+    records
+}
+
 /// The heading: `force at the key over its travel`, `torque over the angle`; of a long run `in the
 /// first 11.9 s`.
 fn over(unit: &str, first_s: Option<f64>) -> String {
@@ -83,6 +114,11 @@ fn over(unit: &str, first_s: Option<f64>) -> String {
     };
     let part = first_s.map_or(String::new(), |s| format!(" in the first {s:.1} s"));
     format!("{} over {way}{part}", felt(unit))
+}
+
+/// The stretches of a way: first tick, one past the last, and whether it goes down.
+pub fn stretches_of(travel: &[f64]) -> Vec<(usize, usize, bool)> {
+    stretches(&turns(travel), travel.len()).collect()
 }
 
 /// The stretches between turns: first tick, one past the last (the turn belongs to both), and

@@ -94,7 +94,7 @@ fn hammer_trace(travel_m: Vec<f64>) -> Trace {
         record: travel_m.into(),
     });
     Trace {
-        rate_hz: RATE_HZ,
+        rate_hz: RATE_HZ.into(),
         start_s: 0.0,
         columns,
         events,
@@ -234,7 +234,7 @@ fn a_peak_of_one_tick_in_an_hour_is_drawn() {
         record: &record,
     };
     let figure = Figure {
-        rate_hz: 1000,
+        rate_hz: 1000.into(),
         start_s: 50.0,
         travel: Some(series()),
         total: Some(series()),
@@ -265,7 +265,7 @@ fn figures_are_saved_by_the_end_of_their_names() {
     };
     let figure = Figure {
         title: "t".into(),
-        rate_hz: 10,
+        rate_hz: 10.into(),
         machines: vec![machine],
         ..Figure::default()
     };
@@ -289,14 +289,14 @@ fn what_a_sound_is_made_of_stands_by_frequency_and_level() {
         (0.5, ["0 dB", "\u{2212}20 dB", "\u{2212}80 dB"]),
         (0.0, ["\u{2212}60 dB", "\u{2212}80 dB", "\u{2212}140 dB"]),
     ] {
-        let mut spectrogram = crate::spectrogram::Spectrogram::new("out", RATE_HZ);
+        let mut spectrogram = crate::spectrogram::Spectrogram::new("out", RATE_HZ.into());
         for tick in 0..RATE_HZ {
             let turns = 440.0 * f64::from(tick) / f64::from(RATE_HZ);
             spectrogram.push(amplitude * libm::sin(std::f64::consts::TAU * turns));
         }
         spectrogram.finish();
         let trace = Trace {
-            rate_hz: RATE_HZ,
+            rate_hz: RATE_HZ.into(),
             columns: vec![Column {
                 heading: Heading {
                     name: "x".into(),

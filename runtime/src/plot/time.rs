@@ -1,5 +1,6 @@
 //! Panels of quantities over time.
 
+use whippen_compiler::rate::Rate;
 use whippen_compiler::units::Dim;
 
 use super::axis::Axis;
@@ -32,8 +33,8 @@ pub struct Clock {
 
 impl Clock {
     /// For a figure of that many ticks from a time on (s).
-    pub fn new(start_s: f64, ticks: usize, rate_hz: u32) -> Clock {
-        let rate_hz = f64::from(rate_hz.max(1));
+    pub fn new(start_s: f64, ticks: usize, rate_hz: Rate) -> Clock {
+        let rate_hz = f64::from(rate_hz);
         let end_s = start_s + (ticks.max(2) - 1) as f64 / rate_hz;
         Clock {
             axis: Axis::exact(start_s, end_s, LEFT, RIGHT),

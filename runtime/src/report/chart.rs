@@ -2,11 +2,13 @@
 //!
 //! ```text
 //!   { "rate_hz", "start", "ticks", "columns": [ { name, unit, factor, within, t, v } ], "panels": [ { title, unit, columns } ],
-//!     "machines": [ { name, states, t, s } ], "travel", "total", "marks": [[seconds, label]] }
+//!     "machines": [ { name, states, t, s } ], "travel", "total", "marks": [[seconds, label]],
+//!     "measured": null or { press, back }, each { x, y } }
 //! ```
 //!
 //! `t` are the ticks of the knots, each as the difference to the one before it, in seven bits a
-//! byte, the lowest first (LEB128); `v` are 32-bit floats, `s` one byte each; all three in base64.
+//! byte, the lowest first (LEB128); `v`, `x` and `y` are 32-bit floats, `s` one byte each; all in
+//! base64.
 //! The other side is `report/data.js`.
 
 use base64::Engine;
@@ -14,10 +16,12 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
 use super::knots::{Knots, Truth, knots};
+use crate::measured_loop::{MeasuredLoop, Point};
 use crate::plot::decimate::{Change, Run, changes, runs};
 use crate::plot::frame::{moved, shown};
 use crate::plot::layout::by_unit;
 use crate::plot::{Figure, Machine, Series};
+use crate::rate;
 
 /// So many changes of a state are kept one by one; beyond them short visits are kept and others may
 /// be lost.
@@ -66,9 +70,25 @@ pub fn chart(figure: &Figure) -> Value {
         .map(|mark| json!([mark.t_s, mark.label]))
         .collect();
     json!({
-        "rate_hz": figure.rate_hz, "start": figure.start_s, "ticks": figure.ticks(), "columns": columns.list, "panels": panels, "machines": machines,
+        "rate_hz": rate::number(figure.rate_hz), "start": figure.start_s, "ticks": figure.ticks(), "columns": columns.list, "panels": panels, "machines": machines,
         "travel": travel, "total": total, "mark": figure.mark_name, "marks": marks,
+        "measured": figure.measured.map(measured),
     })
+}
+
+/// A measured loop, in SI.
+fn measured(of: &MeasuredLoop) -> Value {
+    let branch = |points: &[Point]| {
+        let (x, y) = (points.iter().map(|p| p.0), points.iter().map(|p| p.1));
+        json!({ "x": packed(x), "y": packed(y) })
+    };
+    json!({ "press": branch(&of.press), "back": branch(&of.back) })
+}
+
+/// Numbers as 32-bit floats in base64.
+fn packed(numbers: impl Iterator<Item = f64>) -> String {
+    let bytes: Vec<u8> = numbers.flat_map(|v| (v as f32).to_le_bytes()).collect();
+    STANDARD.encode(bytes)
 }
 
 fn panel(title: &str, unit: &str, columns: &[usize]) -> Value {
@@ -85,17 +105,14 @@ impl Columns {
     fn add(&mut self, series: &Series, (unit, factor): (String, f64)) -> usize {
         let Knots { kept, truth } = knots(series.record);
         let ticks = kept.iter().map(|k| k.0);
-        let values: Vec<u8> = kept
-            .iter()
-            .flat_map(|k| (k.1 as f32).to_le_bytes())
-            .collect();
+        let values = packed(kept.iter().map(|k| k.1));
         let (within, every) = match truth {
             Truth::Within(tolerance) => (Some(tolerance), None),
             Truth::Extremes(every) => (None, Some(every)),
         };
         self.list.push(json!({
             "name": series.name, "unit": unit, "factor": factor, "within": within, "every": every,
-            "t": STANDARD.encode(differences(ticks)), "v": STANDARD.encode(values),
+            "t": STANDARD.encode(differences(ticks)), "v": values,
         }));
         self.list.len() - 1
     }

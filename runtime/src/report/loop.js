@@ -6,17 +6,18 @@ function loopPanel(group) {
   const [moved, felt] = [chart.panels[0].title, chart.panels[1].title];
   const times = union([travel, total]);
   const [xs, ys] = [travel.sample(times), total.sample(times)];
+  const measured = measuredLoop(chart, travel, total);
   const host = el("div", { class: "plot" });
   const u = new uPlot({
     width: 480, height: 360, legend: { show: false }, padding: [8, 12, 0, 0],
     cursor: { drag: { x: false, y: false }, points: { show: false } },
-    scales: { x: { time: false, range: () => around(...extent([xs])) }, y: { range: () => around(...extent([ys])) } },
+    scales: { x: { time: false, range: () => around(...extent([xs, ...measured.map((branch) => branch.x)])) }, y: { range: () => around(...extent([ys, ...measured.map((branch) => branch.y)])) } },
     series: [{}, {}],
     axes: [
       axis({ size: 40, label: `${moved} (${travel.unit})`, labelSize: 14, labelFont: "11px system-ui, sans-serif" }),
       axis({ size: AXIS }),
     ],
-    hooks: { draw: [(u) => drawLoop(u, times, xs, ys, view)] },
+    hooks: { draw: [(u) => (drawMeasured(u, measured), drawLoop(u, times, xs, ys, view))] },
   }, [[0, 1], [null, null]], host);
   const dot = el("div", { class: "dot" });
   u.over.append(dot);
@@ -31,10 +32,35 @@ function loopPanel(group) {
   view.on("range", () => requestAnimationFrame(() => u.redraw(false)));
   group.onTheme(() => u.redraw(false));
   const keys = el("p", { class: "keys" },
-    el("span", { class: "swatch down" }), moved === "angle" ? "turning up " : "key going down ", el("span", { class: "swatch up" }), moved === "angle" ? "turning back " : "key coming up ", readout);
+    el("span", { class: "swatch down" }), moved === "angle" ? "turning up " : "key going down ", el("span", { class: "swatch up" }), moved === "angle" ? "turning back " : "key coming up ",
+    ...measured.flatMap(({ ink: colour, name }) => [el("span", { class: `swatch ${colour}` }), `${name} `]), readout);
   const panel = el("div", { class: "panel loop" }, el("h4", {}, `${felt} over ${moved} (${total.unit})`), host, keys);
   new ResizeObserver(() => u.setSize({ width: Math.max(240, panel.clientWidth), height: 360 })).observe(panel);
   return panel;
+}
+
+/** What was measured, each branch in the units shown; nothing where nothing was. */
+function measuredLoop(chart, travel, total) {
+  if (!chart.measured) return [];
+  const branch = ({ x, y }, ink, name) => ({ x: floats(x).map((v) => v * travel.factor), y: floats(y).map((v) => v * total.factor), ink, name });
+  return [branch(chart.measured.press, "measured-down", "measured, down"), branch(chart.measured.back, "measured-up", "measured, up")];
+}
+
+function drawMeasured(u, measured) {
+  const { ctx } = u;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
+  ctx.clip();
+  ctx.lineJoin = "round";
+  ctx.lineWidth = 4 * uPlot.pxRatio;
+  for (const branch of measured) {
+    ctx.strokeStyle = ink(branch.ink);
+    ctx.beginPath();
+    branch.x.forEach((x, i) => ctx.lineTo(u.valToPos(x, "x", true), u.valToPos(branch.y[i], "y", true)));
+    ctx.stroke();
+  }
+  ctx.restore();
 }
 
 function drawLoop(u, times, xs, ys, view) {

@@ -76,6 +76,10 @@ impl Section {
                 .iter()
                 .map(|(name, value)| ("set".to_string(), format!("{name} = {value}")))
                 .collect(),
+            run.beside
+                .iter()
+                .map(|beside| ("measured".to_string(), beside.told.clone()))
+                .collect(),
             noise(compiled, made.device).into_iter().collect(),
             not_drawn(compiled, run).into_iter().collect(),
         ];
@@ -226,7 +230,7 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
 fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
     let roles = session::roles_of_run(compiled, run);
     if run.is_chosen {
-        return Figure::of(&run.trace, &roles);
+        return session::figure(compiled, run);
     }
     let rest = session::titles(compiled, &|kind| match kind {
         ExportKind::Cell(id) => {
@@ -234,14 +238,15 @@ fn figure<'r>(compiled: &Compiled, run: &'r Run) -> Figure<'r> {
         }
         _ => false,
     });
-    Figure::of(
-        &run.trace,
-        &Roles {
-            coordinates: [roles.coordinates, rest].concat(),
-            machines: [roles.machines, session::sticking_titles(compiled)].concat(),
-            ..roles
-        },
-    )
+    let roles = Roles {
+        coordinates: [roles.coordinates, rest].concat(),
+        machines: [roles.machines, session::sticking_titles(compiled)].concat(),
+        ..roles
+    };
+    Figure {
+        measured: run.beside.as_ref().map(|beside| &beside.measured),
+        ..Figure::of(&run.trace, &roles)
+    }
 }
 
 /// What the sensor's noise becomes while nobody plays.

@@ -12,6 +12,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
+use crate::rate;
 use crate::trace::Trace;
 use crate::vibration::{Shapes, Vibration};
 
@@ -32,7 +33,7 @@ pub fn strings(trace: &Trace) -> Option<Value> {
     let shown = all.filter(|string| moving.iter().any(|other| std::ptr::eq(*string, *other)));
     let shown: Vec<Value> = shown.map(|string| packed(string, most(string))).collect();
     (!shown.is_empty())
-        .then(|| json!({ "rate_hz": trace.rate_hz, "start": trace.start_s, "strings": shown }))
+        .then(|| json!({ "rate_hz": rate::number(trace.rate_hz), "start": trace.start_s, "strings": shown }))
 }
 
 fn packed(string: &Vibration, most: f32) -> Value {

@@ -1,6 +1,7 @@
 //! From places to words, and what is cut off on the way.
 
 use whippen_compiler::model::Sense;
+use whippen_compiler::rate::Rate;
 
 use crate::device::Port;
 
@@ -30,7 +31,7 @@ pub struct WatchedPort<'a> {
 }
 
 impl<'a> WatchedPort<'a> {
-    pub fn new(sense: &'a Sense, port: &'a Port, rate_hz: u32) -> WatchedPort<'a> {
+    pub fn new(sense: &'a Sense, port: &'a Port, rate_hz: Rate) -> WatchedPort<'a> {
         let scales = port.scales();
         let update_hz = port.sensor.update_hz;
         let per_tick = update_hz.map(|hz| hz / f64::from(rate_hz));

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 use whippen_compiler::budget::{Bounded, CoreBudget, CutBound, Waited, ZoneBound};
 use whippen_compiler::keyboard::ZoneId;
+use whippen_runtime::rate;
 
 use crate::cmd::proof::{ImageProof, ProgramReport, ZoneReport};
 use crate::cmd::setup::symbol_prefix;
@@ -29,7 +30,7 @@ impl ImageProof<'_> {
             "instrument": played.program.name,
             "board": self.setup.board.name,
             "keys": self.keys,
-            "rate_hz": played.budget.rate_hz,
+            "rate_hz": rate::number(played.budget.rate_hz),
             "fits": played.budget.fits(),
             "period_cycles": played.budget.period_cycles,
             "key": {

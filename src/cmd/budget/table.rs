@@ -20,7 +20,7 @@ impl ImageProof<'_> {
         };
         let _ = writeln!(
             out,
-            "{} on {}: {} at {} Hz, {} cycles a tick at {} MHz: {verdict}",
+            "{} on {}: {} at {:#} Hz, {} cycles a tick at {} MHz: {verdict}",
             played.program.name,
             board.name,
             count_keys(self.keys, played.is_once()),

@@ -111,7 +111,7 @@ impl TickBound {
         let (key, frame) = (self.tick.key_cycles_max(), self.tick.frame_cycles_max());
         format!(
             "{name}_tick takes at most {most} cycles of a {core}, {key} for each key and {frame} around them;\n\
-             a tick at {} Hz and {} MHz has {period}. That is proven ({}) where each fetch and each access\n\
+             a tick at {:#} Hz and {} MHz has {period}. That is proven ({}) where each fetch and each access\n\
              takes one cycle, all data lie in one memory, from which nothing is fetched and which nobody else uses,\n\
              and nothing interrupts it. What calls it is not counted.",
             self.budget.rate_hz,
@@ -124,7 +124,7 @@ impl TickBound {
 /// A tick as the budget of one core, around whose keys nothing is but the function.
 fn budget(setup: &ImageSetup, part: &Part, tick: &Tick) -> Budget {
     let (rate_hz, clock_hz) = (part.compiled.model.rate_hz, setup.board.clock_hz);
-    let (period_cycles, key) = (u64::from(clock_hz / rate_hz.max(1)), tick.key_cycles_max());
+    let (period_cycles, key) = (rate_hz.cycles_min(clock_hz), tick.key_cycles_max());
     let cycles_max = tick.cycles_max(part.keys);
     let slack_cycles = period_cycles as i64 - cycles_max as i64;
     Budget {

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use whippen_compiler::rate::Rate;
 use whippen_emulator::{Converter, ConverterSetup, Machine, Ports, Uart};
 use whippen_runtime::files::write_whole;
 
@@ -19,7 +20,7 @@ impl Devices {
         let default = ConverterSetup::default();
         let setup = ConverterSetup {
             keys: self.keys.unwrap_or(default.keys),
-            rate_hz: self.rate.unwrap_or(default.rate_hz),
+            rate: (self.rate).map_or(default.rate, Rate::fraction),
         };
         if !(1..=KEYS_MAX).contains(&setup.keys) {
             return Err(Failure::Usage(format!("--keys is 1 to {KEYS_MAX}")));

@@ -41,11 +41,7 @@ pub struct Curve {
 
 /// Makes a curve of a recording.
 pub fn of(recording: &Recording) -> Curve {
-    let mut cleaned = recording.clone();
-    let mut glitches = Vec::new();
-    for (branch, pressed) in [(&mut cleaned.press, true), (&mut cleaned.back, false)] {
-        glitches.extend(without_glitches(branch, pressed));
-    }
+    let (cleaned, glitches) = cleaned(recording);
     let [low, high] = cleaned.travel_m();
     let cut = |branch: &[Point]| {
         let mut kept: Vec<Point> = branch.to_vec();
@@ -66,6 +62,16 @@ pub fn of(recording: &Recording) -> Curve {
         rms_n,
         glitches,
     }
+}
+
+/// A recording with its glitches replaced, and what they were.
+pub fn cleaned(recording: &Recording) -> (Recording, Vec<Glitch>) {
+    let mut cleaned = recording.clone();
+    let mut glitches = Vec::new();
+    for (branch, pressed) in [(&mut cleaned.press, true), (&mut cleaned.back, false)] {
+        glitches.extend(without_glitches(branch, pressed));
+    }
+    (cleaned, glitches)
 }
 
 /// Replaces glitches by what lies between their neighbours: a few points that stand off, where both

@@ -3,6 +3,7 @@
 use whippen_compiler::check::{Program, note_name};
 use whippen_compiler::keyboard::{self, Layout};
 use whippen_compiler::model::Model;
+use whippen_compiler::rate::Rate;
 use whippen_runtime::emulated::EmulatedBoard;
 use whippen_runtime::keyboard::PlayedProgram;
 use whippen_runtime::session;
@@ -117,7 +118,7 @@ impl<'a> PlayedKeyboard<'a> {
     }
 
     /// Ticks per second.
-    pub fn rate_hz(&self) -> u32 {
+    pub fn rate_hz(&self) -> Rate {
         self.model(0).rate_hz
     }
 

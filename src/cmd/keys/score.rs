@@ -1,6 +1,7 @@
 //! A performance laid out on a keyboard: which key moves when.
 
 use std::path::Path;
+use whippen_compiler::rate::Rate;
 
 use whippen_compiler::check::note_name;
 use whippen_runtime::gesture::{Move, dip_m};
@@ -80,7 +81,7 @@ impl Score {
     }
 
     /// Leaves out what begins after so many ticks, which nobody heard.
-    pub fn end_at(&mut self, ticks: usize, rate_hz: u32) {
+    pub fn end_at(&mut self, ticks: usize, rate_hz: Rate) {
         let end_s = ticks as f64 / f64::from(rate_hz);
         for strokes in &mut self.strokes {
             strokes.retain(|stroke| stroke.start_s < end_s);

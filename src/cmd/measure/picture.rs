@@ -122,7 +122,7 @@ pub fn page(
 ) -> Result<Page, Failure> {
     let compiled = &all.keys[0].compiled;
     let engine = all.protocol.engine;
-    let (place, seconds) = sweep_motion(&all.protocol);
+    let (place, seconds) = sweep_motion(all.protocol.dip_m, all.protocol.speed_m_per_s);
     let rate_hz = f64::from(compiled.model.rate_hz);
     let columns = session::recorded(compiled, device, engine, &[]);
     let recording = Recording::new(columns, Keep::Bounded);

@@ -14,6 +14,7 @@ use whippen_runtime::trace::Form;
 
 use super::super::file_plan::FilePlan;
 use super::super::option;
+use super::beside;
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
@@ -50,6 +51,11 @@ pub struct Outputs {
     /// needs no network
     #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath)]
     pub report: Option<PathBuf>,
+    /// A measured loop of force over travel below the computed one, in pictures and pages, and how
+    /// far the two are apart: a recording as `import` reads it (x_mm,force_gf). Without --motion
+    /// the key is pressed slowly over its travel
+    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with_all = ["midi", "errors"])]
+    pub compare: Option<PathBuf>,
 }
 
 impl Outputs {
@@ -104,11 +110,15 @@ impl Outputs {
         kind: EngineKind,
     ) -> Result<Recording, Failure> {
         let usage = |e: FileError| Failure::Usage(e.to_string());
-        let keep = if self.plot.is_empty() && self.report.is_none() {
+        let draws = !self.plot.is_empty() || self.report.is_some();
+        let keep = if !draws && self.compare.is_none() {
             Keep::Nothing
         } else {
             Keep::Bounded
         };
+        if self.compare.is_some() {
+            beside::check_columns(compiled, &columns, &self.columns)?;
+        }
         let mut recording = Recording::choosing(columns, &self.columns, keep)
             .map_err(|why| Failure::Usage(format!("--columns: {why}")))?
             .with_points(self.chosen_points(compiled, kind)?);

@@ -13,7 +13,7 @@ use whippen_runtime::sticking::{FrictionTally, Tally};
 use whippen_runtime::titles::split_title;
 use whippen_runtime::trace::EventRow;
 
-use super::Outputs;
+use super::{Outputs, beside};
 use crate::cmd::count::count_keys;
 use crate::say::say;
 
@@ -134,7 +134,7 @@ pub fn json(
     let set: Map<String, Value> = (settings.iter())
         .map(|(name, value)| (name.clone(), json!(value)))
         .collect();
-    json!({
+    let mut object = json!({
         "kind": "run",
         "instrument": model.name,
         "engine": kind.to_string(),
@@ -158,7 +158,11 @@ pub fn json(
             "plot": paths(&outputs.plot),
             "report": paths(outputs.report.as_slice()),
         },
-    })
+    });
+    if let Some(beside) = &run.beside {
+        object["compared"] = beside::json(beside);
+    }
+    object
 }
 
 fn paths(paths: &[PathBuf]) -> Vec<String> {

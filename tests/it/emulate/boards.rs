@@ -122,7 +122,7 @@ fn mistakes_about_boards_are_told() {
         ),
         (
             &["--board", "rp2350", "--rate", "0"],
-            "a whole number of ticks per second, from 1 to 1000000 Hz",
+            "a rate is from 1 to 1000000 Hz",
         ),
     ];
     for (options, message) in wrong {

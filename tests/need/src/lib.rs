@@ -70,6 +70,27 @@ pub fn newlib() -> bool {
     found
 }
 
+/// A Python that has a module which judges (`tests/need/judges.txt`); none, and the test counts as
+/// skipped, where there is none: neither in the folder that `tests/setup` makes nor on the search
+/// path.
+///
+/// # Panics
+///
+/// Where it is absent and required.
+pub fn python(module: &str) -> Option<PathBuf> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/judges/bin/python");
+    let imports = |python: &PathBuf| {
+        let arguments = ["-c", &format!("import {module}")];
+        let output = std::process::Command::new(python).args(arguments).output();
+        output.is_ok_and(|output| output.status.success())
+    };
+    let found = [own, PathBuf::from("python3")].into_iter().find(imports);
+    if found.is_none() {
+        skip::record(module, "judges", "tests/setup, which takes it from PyPI");
+    }
+    found
+}
+
 /// A folder of the recordings that lie beside the repository (`../shared/data`); none, and the test
 /// counts as skipped, where it is absent.
 ///

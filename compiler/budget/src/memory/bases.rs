@@ -1,6 +1,7 @@
 //! Registers that point into known memory: where accesses through them go.
 //!
-//! A register is one as long as nothing moves it but by constants. A function that saves it where
+//! A register is one as long as nothing moves it but by constants; so is what an index is added to
+//! it in (`indexed`). A function that saves it where
 //! it begins, and takes it back where it returns, may do with it what it likes: outside it points
 //! where it did, inside nothing is known of it.
 
@@ -11,11 +12,16 @@ use whippen_isa::{Class, Inst, Op};
 
 use super::Reach;
 use super::access::{is_by_register, is_literal};
+use super::indexed::{self, Indexed};
 use crate::graph::{ContextId, Control, Graph};
 
 /// Where accesses through registers go.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Bases(BTreeMap<u8, Base>);
+pub struct Bases {
+    known: BTreeMap<u8, Base>,
+    /// Accesses through a register that was made of one and an index.
+    indexed: Indexed,
+}
 
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Base {
@@ -35,14 +41,34 @@ impl Bases {
             };
             Some((*register, base))
         };
-        Self(said.iter().filter_map(base).collect())
+        let mut bases = Self {
+            known: said.iter().filter_map(base).collect(),
+            indexed: Indexed::new(),
+        };
+        bases.indexed = indexed::of(graph, |register, at| bases.base(register, at).is_some());
+        bases
     }
 
-    /// Where an access by a register and a constant goes.
+    /// Where an access goes by such a register and a constant, or an index that is added before.
     pub fn reach(&self, inst: &Inst, at: u32) -> Option<&Reach> {
-        let by_constant = !is_by_register(inst) && !is_literal(inst);
-        let base = self.0.get(&inst.n).filter(|_| by_constant)?;
-        (!base.inside.contains(&at)).then_some(&base.reach)
+        self.pointer(inst, at)
+            .and_then(|pointer| self.known.get(&pointer))
+            .map(|base| &base.reach)
+    }
+
+    /// The register that an access goes by, or that its register was made of.
+    pub fn pointer(&self, inst: &Inst, at: u32) -> Option<u8> {
+        if is_by_register(inst) || is_literal(inst) {
+            return None;
+        }
+        let own = self.base(inst.n, at).map(|_| inst.n);
+        own.or_else(|| self.indexed.get(&at).copied().flatten())
+    }
+
+    /// A register that points into known memory at an instruction.
+    fn base(&self, register: u8, at: u32) -> Option<&Base> {
+        let base = self.known.get(&register)?;
+        (!base.inside.contains(&at)).then_some(base)
     }
 }
 
@@ -77,7 +103,7 @@ fn callers(graph: &Graph, context: ContextId) -> impl Iterator<Item = ContextId>
 /// Whether a function that is called saves a register with its first instruction, and every return
 /// takes it from there. That a return finds the stack pointer of the entry is checked for all
 /// (`stack`), and that nobody else writes to the slot is the calling convention.
-fn keeps(graph: &Graph, context: ContextId, register: u8) -> bool {
+pub(super) fn keeps(graph: &Graph, context: ContextId, register: u8) -> bool {
     let entered = graph.contexts[context];
     if entered.caller.is_none() {
         return false;

@@ -206,12 +206,9 @@ fn an_address_of_the_stack_is_noticed_wherever_it_goes() {
     assert!(takes(&[ADD_R0_SP, BX_LR]));
 }
 
-/// What is known of where R6 points, in code that begins with a call of a function right behind it.
-fn r6_points(function: &[u16], access: usize) -> bool {
-    const BL: [u16; 2] = [0xf000, 0xf802];
-    const LDR_R0_R6: u16 = 0x6830;
-    let caller = [PUSH_LR, BL[0], BL[1], LDR_R0_R6, POP_PC];
-    let words: Vec<u16> = caller.iter().chain(function).copied().collect();
+/// Whether it is known where this access goes in the place of the halfword of that number, in code
+/// where R6 points into known memory.
+fn points(words: &[u16], access: u16, at_word: usize) -> bool {
     let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let (mut code, at) = (crate::Code::default(), 0x2000_0000);
     code.add(at, bytes);
@@ -224,14 +221,25 @@ fn r6_points(function: &[u16], access: usize) -> bool {
     };
     let graph = Graph::build(&query, &crate::graph::Tables::default()).expect("a graph");
     let bases = Bases::of(&BTreeMap::from([(6, reach(1))]), &graph);
-    let inst = decode(LDR_R0_R6, 0, Arch::V8M, ItState::OUTSIDE).expect("an instruction");
-    bases.reach(&inst, at + 2 * access as u32).is_some()
+    let inst = decode(access, 0, Arch::V8M, ItState::OUTSIDE).expect("an instruction");
+    bases.reach(&inst, at + 2 * at_word as u32).is_some()
+}
+
+/// A call of the function behind the next two halfwords.
+const BL: [u16; 2] = [0xf000, 0xf802];
+const PUSH_R6_LR: u16 = 0xb540;
+const LDR_R0_R6: u16 = 0x6830;
+
+/// What is known of where R6 points, in code that begins with a call of a function right behind it.
+fn r6_points(function: &[u16], access: usize) -> bool {
+    let caller = [PUSH_LR, BL[0], BL[1], LDR_R0_R6, POP_PC];
+    let words: Vec<u16> = caller.iter().chain(function).copied().collect();
+    points(&words, LDR_R0_R6, access)
 }
 
 /// What a function saves first and takes back at its end points where it did, outside of it.
 #[test]
 fn a_register_that_a_function_gives_back_points_where_it_did() {
-    const PUSH_R6_LR: u16 = 0xb540;
     const PUSH_R5_R6_LR: u16 = 0xb560;
     const POP_R6_PC: u16 = 0xbd40;
     const MOV_R6_R1: u16 = 0x460e;
@@ -247,4 +255,48 @@ fn a_register_that_a_function_gives_back_points_where_it_did() {
     let other = [PUSH_R6_LR, MOV_R6_R1, ADD_SP_4, POP_PC];
     assert!(!r6_points(&other, outside));
     assert!(r6_points(&[NOP, BX_LR], outside) && r6_points(&[NOP, BX_LR], 5));
+}
+
+/// What an index is added to points where it did, until it is written, and behind a function that
+/// gives it back.
+#[test]
+fn a_pointer_with_an_index_points_where_it_did() {
+    const ADD_R4_R6_R0_LSL_2: [u16; 2] = [0xeb06, 0x0480];
+    const ADD_R4_R6_R0: [u16; 2] = [0xeb06, 0x0400];
+    const PUSH_R4_LR: u16 = 0xb510;
+    const POP_R4_PC: u16 = 0xbd10;
+    const MOV_R4_R1: u16 = 0x460c;
+    const LDR_R0_R4: u16 = 0x6820;
+    let known = |add: [u16; 2], function: &[u16]| {
+        let caller = [PUSH_LR, add[0], add[1], BL[0], BL[1], LDR_R0_R4, POP_PC];
+        let words: Vec<u16> = caller.iter().chain(function).copied().collect();
+        let accesses = words
+            .iter()
+            .zip(0..)
+            .filter(|(word, _)| **word == LDR_R0_R4);
+        let known = accesses.map(|(_, at)| points(&words, LDR_R0_R4, at));
+        known.collect::<Vec<bool>>()
+    };
+    let add = ADD_R4_R6_R0_LSL_2;
+    assert_eq!(known(add, &[LDR_R0_R4, BX_LR]), [true, true]);
+    let kept = [PUSH_R4_LR, LDR_R0_R4, MOV_R4_R1, LDR_R0_R4, POP_R4_PC];
+    assert_eq!(known(add, &kept), [true, true, false]);
+    assert_eq!(known(add, &[MOV_R4_R1, BX_LR]), [false], "written");
+    assert_eq!(known(ADD_R4_R6_R0, &[BX_LR]), [false], "no index");
+    let moved = [PUSH_R6_LR, MOV_R4_R1, 0xbd40];
+    assert_eq!(
+        known(add, &moved),
+        [false],
+        "another register is given back"
+    );
+}
+
+/// On two ways that meet, both must have made it of the same.
+#[test]
+fn a_pointer_with_an_index_is_known_where_all_ways_say_so() {
+    const CBZ_R1: u16 = 0xb109;
+    const LDR_R0_R4: u16 = 0x6820;
+    let code = |first: [u16; 2]| [first[0], first[1], CBZ_R1, 0xeb06, 0x0480, LDR_R0_R4, BX_LR];
+    assert!(points(&code([0xeb06, 0x0480]), LDR_R0_R4, 5));
+    assert!(!points(&code([0xeb07, 0x0480]), LDR_R0_R4, 5));
 }

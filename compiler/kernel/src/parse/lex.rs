@@ -34,6 +34,8 @@ pub(super) enum Token {
     Equals,
     #[token("@")]
     At,
+    #[token("/")]
+    Slash,
     #[token("..")]
     Dots,
     /// End of the text.
@@ -57,6 +59,7 @@ impl fmt::Display for Token {
             Token::Comma => ",",
             Token::Equals => "=",
             Token::At => "@",
+            Token::Slash => "/",
             Token::Dots => "..",
         };
         write!(f, "`{sign}`")

@@ -14,9 +14,6 @@ pub(super) fn check(kernel: &Kernel, errors: &mut Vec<VerifyError>) {
         errors,
         names: BTreeSet::new(),
     };
-    if kernel.rate_hz == 0 {
-        list.error("kernel", &kernel.name, "a rate of 0".to_string());
-    }
     for input in &kernel.inputs {
         list.range("in", &input.name, input.range, U16);
     }

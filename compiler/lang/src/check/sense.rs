@@ -7,6 +7,7 @@ use crate::diag::{Code, Diagnostic};
 use crate::model::{Interval, Moves, Node, Sense};
 use crate::syntax::ast::{Expr, Name, RangeExpr};
 use crate::units::Dim;
+use whippen_rate::Rate;
 
 /// The window where the program does not say `over`: 31 ticks at 44.1 kHz.
 pub const DEFAULT_WINDOW_S: f64 = 0.7e-3;
@@ -102,7 +103,7 @@ fn moves(dim: Dim, ty: &Name) -> Moves {
 }
 
 /// The odd number of ticks nearest to a time, at least 3; `None` beyond the longest window.
-fn window_ticks(seconds: f64, rate_hz: u32) -> Option<u32> {
+fn window_ticks(seconds: f64, rate_hz: Rate) -> Option<u32> {
     let half = ((seconds * f64::from(rate_hz) - 1.0) / 2.0)
         .round()
         .max(1.0);
@@ -116,10 +117,10 @@ mod tests {
 
     #[test]
     fn windows_are_odd_and_nearest() {
-        let ticks =
-            [0.7e-3, 1e-3, 1e-6, 2.9 / 44_100.0, 4.1 / 44_100.0].map(|s| window_ticks(s, 44_100));
+        let ticks = [0.7e-3, 1e-3, 1e-6, 2.9 / 44_100.0, 4.1 / 44_100.0]
+            .map(|s| window_ticks(s, 44_100.into()));
         assert_eq!(ticks, [Some(31), Some(45), Some(3), Some(3), Some(5)]);
-        assert_eq!(window_ticks(1.0, 44_100), None);
-        assert_eq!(window_ticks(1e300, u32::MAX), None);
+        assert_eq!(window_ticks(1.0, 44_100.into()), None);
+        assert_eq!(window_ticks(1e300, (u32::MAX).into()), None);
     }
 }

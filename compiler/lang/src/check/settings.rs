@@ -1,6 +1,7 @@
 //! What keyboard and caller decide about one instrument.
 
 use std::collections::BTreeMap;
+use whippen_rate::Rate;
 
 use super::Options;
 use super::bank;
@@ -28,7 +29,7 @@ pub struct SetValue {
 /// The settings of one instrument.
 pub struct Settings<'a> {
     /// Ticks per second.
-    pub rate_hz: u32,
+    pub rate_hz: Rate,
     /// Whether a keyboard lists it.
     pub is_keyboard: bool,
     /// MIDI numbers of the lowest and highest key.

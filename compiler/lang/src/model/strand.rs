@@ -23,6 +23,7 @@
 
 use super::{CellId, Dag, Interval, Node, NodeId};
 use whippen_ids::impl_id;
+use whippen_rate::Rate;
 use whippen_source::Span;
 
 /// Index of a [`Strand`].
@@ -210,7 +211,7 @@ impl Strand {
 
     /// The largest bend that a tick computes with (m, between neighbours), and what the difference
     /// of neighbours must be within.
-    pub fn largest_bend(&self, rate_hz: u32) -> f64 {
+    pub fn largest_bend(&self, rate_hz: Rate) -> f64 {
         self.rate / (2.0 * f64::from(rate_hz))
     }
 
@@ -226,7 +227,7 @@ impl Strand {
     }
 
     /// What is read of it lies here.
-    pub fn reach(&self, reading: Reading, rate_hz: u32) -> Interval {
+    pub fn reach(&self, reading: Reading, rate_hz: Rate) -> Interval {
         /// The weights of a cubic through four points add up to no more, signs aside.
         const WEIGHTS: f64 = 1.25;
         /// The same of a slope, over differences of neighbours.

@@ -1,6 +1,7 @@
 //! A sensed value and its window, in raw words.
 
 use std::collections::VecDeque;
+use whippen_rate::Rate;
 
 use crate::scales::Scales;
 use whippen_lang::model::Sense;
@@ -17,7 +18,7 @@ pub(super) struct SenseState {
 
 impl SenseState {
     /// The window is filled with the first word (rule 6).
-    pub fn new(sense: &Sense, scales: Scales, rate_hz: u32, first: u16) -> SenseState {
+    pub fn new(sense: &Sense, scales: Scales, rate_hz: Rate, first: u16) -> SenseState {
         let accepted = scales.words_in(sense.range);
         let step = sense
             .slew_per_s
@@ -100,7 +101,7 @@ mod tests {
             span: Span::default(),
         };
         let parabola = |t: i64| (100 + 7 * t + 3 * t * t) as u16;
-        let mut state = SenseState::new(&sense, scales, 10, parabola(0));
+        let mut state = SenseState::new(&sense, scales, 10.into(), parabola(0));
         (1..=4).for_each(|t| state.push(parabola(t)));
         assert_eq!(state.value(), 176.0);
         // At the middle of the window (t = 2): 7 + 6 * 2 words per tick, 6 words per tick squared,

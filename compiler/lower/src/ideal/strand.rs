@@ -1,6 +1,7 @@
 //! Strings in f64.
 
 use whippen_lang::model::{End, Reading, Strand};
+use whippen_rate::Rate;
 
 /// A string: displacements (m) and what they change by in a tick (m), from end to end.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +26,7 @@ impl RealStrand {
     }
 
     /// What is read of it.
-    pub fn read(&self, strand: &Strand, reading: Reading, place: f64, rate_hz: u32) -> f64 {
+    pub fn read(&self, strand: &Strand, reading: Reading, place: f64, rate_hz: Rate) -> f64 {
         let reach = strand.reach(reading, rate_hz);
         let value = match (reading, strand.is_end(place)) {
             (Reading::Slope, Some(0)) => (self.u[1] - self.u[0]) / strand.part(),
@@ -61,7 +62,7 @@ impl RealStrand {
 
     /// The mean of its rates before and after a tick without friction, at the place, with P, Q, V
     /// and R and the pushes that follow it in `all`.
-    pub(super) fn mean(&self, strand: &Strand, rate_hz: u32, all: &[f64]) -> f64 {
+    pub(super) fn mean(&self, strand: &Strand, rate_hz: Rate, all: &[f64]) -> f64 {
         let [place, p, q, v, r, ref pushes @ ..] = *all else {
             return 0.0;
         };
@@ -76,7 +77,7 @@ impl RealStrand {
     pub(super) fn tick(
         &mut self,
         strand: &Strand,
-        rate_hz: u32,
+        rate_hz: Rate,
         [p, q, v, r]: [f64; 4],
         pushes: &[RealPush],
         is_held: bool,

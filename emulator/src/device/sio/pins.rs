@@ -1,9 +1,14 @@
-//! Pins: outputs, enables, and inputs that read as what is driven.
+//! Pins: outputs and enables that SIO drives, and inputs, two cycles behind the pins. Those of the
+//! flash (and of USB), which have no other side here, read as what is driven.
 
 use super::Chip;
+use crate::pins::{Pins, Source};
+
+/// Cycles that the flip-flops before an input hold a level back.
+const SYNCHRONIZED: u64 = 2;
 
 /// Two banks of outputs and enables.
-pub(super) struct Pins {
+pub(super) struct SioPins {
     chip: Chip,
     /// Outputs and enables of bank 0, then of the second one.
     out: [u32; 2],
@@ -18,7 +23,7 @@ struct Place {
     action: u32,
 }
 
-impl Pins {
+impl SioPins {
     pub(super) fn new(chip: Chip) -> Self {
         Self {
             chip,
@@ -44,10 +49,28 @@ impl Pins {
         })
     }
 
-    pub(super) fn read(&self, at: u32) -> Option<u32> {
-        if let 0x04 | 0x08 = at {
-            let bank = (at as usize - 4) / 4;
-            return Some(self.out[bank] & self.enable[bank]);
+    /// The pins that are no GPIO, in the second bank: a mask.
+    fn own(&self) -> u32 {
+        match self.chip {
+            Chip::Rp2350 => 0xffff_0000,
+            Chip::Rp2040 => u32::MAX,
+        }
+    }
+
+    /// Both banks as the pins are numbered.
+    fn both(&self, banks: [u32; 2]) -> u64 {
+        u64::from(banks[1] & !self.own()) << 32 | u64::from(banks[0])
+    }
+
+    pub(super) fn read(&self, at: u32, pins: &Pins, cycle: u64) -> Option<u32> {
+        let inputs = || pins.inputs(cycle.saturating_sub(SYNCHRONIZED));
+        match at {
+            0x04 => return Some(inputs() as u32),
+            0x08 => {
+                let own = self.out[1] & self.enable[1] & self.own();
+                return Some((inputs() >> 32) as u32 | own);
+            }
+            _ => {}
         }
         let place = self.place(at)?;
         Some(if place.enable {
@@ -57,7 +80,7 @@ impl Pins {
         })
     }
 
-    pub(super) fn write(&mut self, at: u32, value: u32) -> Option<()> {
+    pub(super) fn write(&mut self, at: u32, value: u32, pins: &mut Pins, cycle: u64) -> Option<()> {
         let place = self.place(at)?;
         let register = if place.enable {
             &mut self.enable[place.bank]
@@ -70,6 +93,8 @@ impl Pins {
             2 => *register & !value,
             _ => *register ^ value,
         };
+        let (levels, enable) = (self.both(self.out), self.both(self.enable));
+        pins.set(Source::Sio, levels, enable, cycle + 1);
         Some(())
     }
 }
@@ -86,17 +111,18 @@ mod tests {
             (Chip::Rp2040, 0x14, 0x24, 0x1c, 0x30),
         ];
         for (chip, set, enable, flip, second) in orders {
-            let mut pins = Pins::new(chip);
-            pins.write(set, 0b110).unwrap();
-            pins.write(enable, 0b011).unwrap();
-            pins.write(second, 5).unwrap();
+            let (mut sio, mut pins) = (SioPins::new(chip), Pins::none());
+            let mut write = |sio: &mut SioPins, at, value| sio.write(at, value, &mut pins, 0);
+            write(&mut sio, set, 0b110).unwrap();
+            write(&mut sio, enable, 0b011).unwrap();
+            write(&mut sio, second, 5).unwrap();
+            write(&mut sio, flip, 0b010).unwrap();
+            assert_eq!(write(&mut sio, 0x50, 0), None);
+            let read = |at| sio.read(at, &pins, 10);
             assert_eq!(
-                (pins.read(0x10), pins.read(0x04), pins.read(second)),
-                (Some(0b110), Some(0b010), Some(5))
+                (read(0x10), read(second), read(0x0c)),
+                (Some(0b100), Some(5), None)
             );
-            pins.write(flip, 0b010).unwrap();
-            assert_eq!(pins.read(0x04), Some(0));
-            assert_eq!((pins.read(0x0c), pins.write(0x50, 0)), (None, None));
         }
     }
 }

@@ -53,7 +53,7 @@ fn mikey() {
         (
             Some("rp2350"),
             &crate::check::DeviceName::Bundled("mikey".to_string()),
-            44_100
+            44_100.into()
         )
     );
     let layout = &board.layout;

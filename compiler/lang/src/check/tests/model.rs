@@ -191,7 +191,10 @@ fn per_key_values_are_linear_between_the_notes() {
         (0.0, 5.0)
     );
     assert!(model.lives.is_empty());
-    assert_eq!((model.rate_hz, program.keyboards[0].layout.keys), (1000, 5));
+    assert_eq!(
+        (model.rate_hz, program.keyboards[0].layout.keys),
+        (1000.into(), 5)
+    );
     let set = models(text, &set("i.w", "2N")).remove(0);
     assert_eq!((set.keyed.len(), set.lives[0].value), (0, 2.0));
 }
