@@ -8,20 +8,22 @@
 //! start goes as after the chip's own boot ROM: core 0 from the image's vector table, core 1 of an
 //! RP waiting in ROM for its start over the FIFO.
 //!
-//! Not here, and answered with a bus fault: USB, SPI, I2C, ADC, PWM, RTC, OTP, the flash
+//! Not here, and answered with a bus fault: USB, SPI, I2C, RTC, OTP, the flash
 //! chip's own interface, HSTX, SHA-256, TRNG. Flash reads as memory that is always in the cache.
 
 use crate::board::{Board, BoardError, CoreKind, Region};
 use crate::bus::{Bus, DeviceId, Waits};
+use crate::device::adc::{Adc, AdcLayout};
 use crate::device::alias::BLOCK;
 use crate::device::bootram::BootRam;
 use crate::device::busctrl::BusCtrl;
 use crate::device::clocks::{self, Clocks, Resets};
 use crate::device::converter::Converter;
-use crate::device::dma::{self, Dma};
+use crate::device::dma::{self, Dma, Requesters};
 use crate::device::iobank::{IoBank, PadsBank};
 use crate::device::pio::{Pio, PioLayout};
 use crate::device::power::{Power, Stages, Ticks, Watchdog, Wiring};
+use crate::device::pwm::{Pwm, PwmLayout};
 use crate::device::registers::{Registers, Row};
 use crate::device::sio::{Chip, Sio};
 use crate::device::timer::Timer;
@@ -153,6 +155,8 @@ struct ChipTable {
     /// The generator of its ticks in a block of registers: the block's base, the generator's
     /// offset.
     watchdog_ticks: Option<(u32, u32)>,
+    pwm: PwmLayout,
+    adc: AdcLayout,
     pios: &'static [PioLayout],
     dma: dma::Layout,
     /// Base and interrupt of the converter, which no chip has.
@@ -258,8 +262,7 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
     };
     let watchdog = Watchdog::new(clock_hz, counts_per_tick, wiring);
     bus.attach(base, BLOCK, PERIPHERAL, Box::new(watchdog));
-    let pios = Pio::attach(bus, chip.pios);
-    Dma::attach(bus, DMA_BASE, Dma::new(chip.dma, uarts, pios));
+    attach_paced(chip, bus, uarts);
     bus.attach(chip.busctrl, BLOCK, PERIPHERAL, Box::new(BusCtrl::new()));
     if let Some(base) = chip.bootram {
         bus.attach(base, BLOCK, PERIPHERAL, Box::new(BootRam::new()));
@@ -268,6 +271,17 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
     let converter = Converter::new(clock_hz, irq, setup.keys, setup.rate);
     let converter = bus.attach(base, BLOCK, PERIPHERAL, Box::new(converter));
     Ports { uarts, converter }
+}
+
+/// What requests transfers, and the DMA that makes them.
+fn attach_paced(chip: &'static ChipTable, bus: &mut Bus, uarts: [DeviceId; 2]) {
+    let pwm = Box::new(Pwm::new(chip.pwm));
+    bus.attach(chip.pwm.base, BLOCK, PERIPHERAL, pwm);
+    let adc = Box::new(Adc::new(chip.adc, chip.clock_hz));
+    let adc = bus.attach(chip.adc.base, BLOCK, PERIPHERAL, adc);
+    let pios = Pio::attach(bus, chip.pios);
+    let requesters = Requesters { uarts, pios, adc };
+    Dma::attach(bus, DMA_BASE, Dma::new(chip.dma, requesters));
 }
 
 fn attach_pins(chip: &'static ChipTable, bus: &mut Bus) {

@@ -104,6 +104,8 @@ pub struct Bus {
     /// Who waits for whom.
     pub(crate) fabric: Fabric,
     slots: Vec<Slot>,
+    /// Requests that came in a cycle, once each: a bit for every number.
+    request_pulses: (u64, u64),
     /// Whether a request for a DMA has changed since the DMA was told.
     pub(crate) requests_changed: bool,
     /// The earliest cycle in which one of them wants attention.
@@ -121,6 +123,7 @@ impl Bus {
             pins: Pins::none(),
             fabric: Fabric::new(&board.banks),
             slots: Vec::new(),
+            request_pulses: (0, 0),
             requests_changed: false,
             due: u64::MAX,
             exclusives: vec![None; board.cores],
@@ -239,6 +242,25 @@ impl Bus {
         }
     }
 
+    /// A device requests one transfer.
+    pub(crate) fn request_pulse(&mut self, request: u32, cycle: u64) {
+        let others = if self.request_pulses.0 == cycle {
+            self.request_pulses.1
+        } else {
+            0
+        };
+        self.request_pulses = (cycle, others | 1 << request);
+        self.requests_changed = true;
+    }
+
+    /// The requests that came before a cycle, once.
+    pub(crate) fn take_request_pulses(&mut self, cycle: u64) -> u64 {
+        if self.request_pulses.0 >= cycle {
+            return 0;
+        }
+        std::mem::take(&mut self.request_pulses.1)
+    }
+
     /// Calls those who watch what has just changed, in the next cycle.
     pub(crate) fn give_notice(&mut self, cycle: u64) {
         let pins = self.pins.take_changed();
@@ -258,7 +280,7 @@ impl Bus {
 
     /// A read as a device makes it, from memory or another device.
     pub fn read(&mut self, address: u32, size: u32, cycle: u64) -> Result<u32, BusError> {
-        self.fabric.dma(address, cycle);
+        self.fabric.dma(address, cycle, false);
         let mut bytes = [0; 4];
         match self
             .memory
@@ -279,7 +301,7 @@ impl Bus {
         value: u32,
         cycle: u64,
     ) -> Result<(), BusError> {
-        self.fabric.dma(address, cycle);
+        self.fabric.dma(address, cycle, true);
         match self.memory.region(address) {
             Some(region) if !region.writable => Err(BusError),
             Some(_) => self

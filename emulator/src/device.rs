@@ -10,6 +10,8 @@
 //!   timer       microseconds and four alarms        power   switching core 1 off and on, the watchdog
 //!   uart        PL011, or an STM32's: bytes         dma     channels, paced by requests
 //!   pio         state machines on pins
+//!   pwm         slices that count and compare
+//!   adc         samples of pins
 //!   iwdg        the watchdog of an STM32
 //!   converter   sensor words of N keys in, drive words out, once per tick
 //! ```
@@ -17,6 +19,7 @@
 //! Time is cycles of the system clock, which the board fixes: registers of clocks and dividers are
 //! kept and answered, and make the watchdog's ticks, but do not change how long a cycle is.
 
+pub(crate) mod adc;
 pub(crate) mod alias;
 pub(crate) mod bootram;
 pub(crate) mod busctrl;
@@ -27,6 +30,7 @@ pub(crate) mod iobank;
 pub(crate) mod iwdg;
 pub(crate) mod pio;
 pub(crate) mod power;
+pub(crate) mod pwm;
 pub(crate) mod registers;
 pub(crate) mod sio;
 pub(crate) mod timer;

@@ -2,8 +2,8 @@
 //! 2.1.1).
 //!
 //! ```text
-//!   core 0: fetch, data    core 1: fetch, data    DMA
-//!        \______\___________/______/____________/        each bank serves one access a cycle
+//!   core 0: fetch, data    core 1: fetch, data    DMA: read, write
+//!        \______\___________/______/____________/______/   each bank serves one access a cycle
 //!     SRAM0 SRAM1 SRAM2 SRAM3   SRAM4 ..   striped by word     SRAM8   SRAM9   flash   ROM
 //! ```
 //!
@@ -18,10 +18,10 @@
 //!
 //! Not here: waits inside the peripheral bus.
 
-/// Managers: two per core, then DMA.
+/// Managers: two per core, then the reads and the writes of the DMA.
 const CORES: usize = 2;
 const DMA: usize = 2 * CORES;
-const MANAGERS: usize = DMA + 1;
+const MANAGERS: usize = DMA + 2;
 
 /// Where the words are that may be fetched, from the one that was fetched last, which is two words
 /// ahead: nobody says how far a core does.
@@ -93,7 +93,7 @@ impl Fabric {
     /// reads and writes.
     pub fn set_priorities(&mut self, register: u32) {
         let high = |bit: u32| register >> bit & 1 != 0;
-        self.high = [high(0), high(0), high(4), high(4), high(8) || high(12)];
+        self.high = [high(0), high(0), high(4), high(4), high(8), high(12)];
     }
 
     /// Cycles that a core's data access has to wait.
@@ -122,8 +122,8 @@ impl Fabric {
     }
 
     /// A DMA's access; that it waits is not modelled.
-    pub fn dma(&mut self, address: u32, cycle: u64) {
-        self.claim(DMA, address, cycle);
+    pub fn dma(&mut self, address: u32, cycle: u64, write: bool) {
+        self.claim(DMA + usize::from(write), address, cycle);
     }
 
     fn claim(&mut self, manager: usize, address: u32, cycle: u64) -> u64 {
@@ -256,7 +256,15 @@ mod tests {
     #[test]
     fn a_dma_is_one_of_them() {
         let mut fabric = Fabric::new(BANKS);
-        fabric.dma(0x2000_0008, 7);
+        fabric.dma(0x2000_0008, 7, false);
         assert_eq!(fabric.data(0, 0x2000_0018, 7), 1);
+        // Both of its managers may be before a core, unless the core has priority.
+        fabric.dma(0x2000_0008, 20, false);
+        fabric.dma(0x2000_0018, 20, true);
+        assert_eq!(fabric.data(0, 0x2000_0028, 20), 2);
+        fabric.set_priorities(1);
+        fabric.dma(0x2000_0008, 30, false);
+        fabric.dma(0x2000_0018, 30, true);
+        assert_eq!(fabric.data(0, 0x2000_0028, 30), 0);
     }
 }

@@ -64,6 +64,7 @@ mod step;
 mod stop;
 mod system;
 mod trap;
+mod vcd;
 
 pub use board::{Board, BoardError, CoreKind, Region};
 pub use boards::{BoardKind, ConverterSetup, Ports, build};
@@ -80,3 +81,4 @@ pub use pins::{PinChange, Pins};
 pub use register::Register;
 pub use semihosting::Semihosting;
 pub use stop::{Fault, FaultKind, Reason, Stop};
+pub use vcd::vcd;

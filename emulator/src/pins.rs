@@ -138,6 +138,8 @@ pub struct Pins {
     asked: Pads,
     pads: Pads,
     outside: Drive,
+    /// What is on each pin for whoever measures it: 12 bits of the reference.
+    analog: Vec<u16>,
     history: VecDeque<PinChange>,
     recorded: Option<Vec<PinChange>>,
     /// Pins that have had a function, or been driven from outside.
@@ -162,6 +164,7 @@ impl Pins {
             asked: Pads::default(),
             pads: Pads::default(),
             outside: Drive::default(),
+            analog: vec![0; layout.count],
             history: VecDeque::from([start]),
             recorded: None,
             used: 0,
@@ -218,6 +221,19 @@ impl Pins {
         self.outside.levels = self.outside.levels & !mask | drive.unwrap_or(0) & mask;
         self.used |= mask;
         self.settle(cycle);
+    }
+
+    /// What the ADC finds on a pin from now on, of 4095 at its reference. A pin that is not there
+    /// is ignored.
+    pub fn set_analog(&mut self, pin: usize, code: u16) {
+        if let Some(held) = self.analog.get_mut(pin) {
+            *held = code.min(0xfff);
+        }
+    }
+
+    /// What the ADC finds on a pin.
+    pub(crate) fn analog(&self, pin: usize) -> u16 {
+        self.analog.get(pin).copied().unwrap_or(0)
     }
 
     /// A source of the chip drives `levels` where `enable` says, from a cycle on.

@@ -285,19 +285,19 @@ fn motionless(device: &Device, port: &Port) -> String {
 }
 
 /// The ports of an instrument in motion, and what is recorded of those with a loop.
-struct PlayedPorts<'d> {
+struct PlayedPorts {
     /// By sense.
-    ports: Vec<MovedPort<'d>>,
+    ports: Vec<MovedPort>,
     /// The values of the columns of this tick.
     observed: Vec<f64>,
 }
 
-enum MovedPort<'d> {
+enum MovedPort {
     Along(Trajectory),
-    Played(Box<PlayedPort<'d>>),
+    Played(Box<PlayedPort>),
 }
 
-impl MovedPort<'_> {
+impl MovedPort {
     fn finish(self, ticks: usize) -> Option<LoopStrokes> {
         match self {
             MovedPort::Along(_) => None,
@@ -310,15 +310,15 @@ impl MovedPort<'_> {
 }
 
 /// A port with a loop.
-struct PlayedPort<'d> {
+struct PlayedPort {
     name: String,
     /// Its number among the driven ones.
     drive: Option<usize>,
-    plant: Plant<'d>,
+    plant: Plant,
     observer: Observer,
 }
 
-impl PlayedPort<'_> {
+impl PlayedPort {
     /// Goes on to a tick, and tells what is to be recorded.
     fn go_on(&mut self, tick: usize, drive: Option<&[i16]>) -> [f64; OBSERVED.len()] {
         let word = self.drive.and_then(|number| drive?.get(number));
@@ -342,7 +342,7 @@ impl PlayedPort<'_> {
     }
 }
 
-impl Body for PlayedPorts<'_> {
+impl Body for PlayedPorts {
     fn move_to(&mut self, tick: usize, drive: Option<&[i16]>, places: &mut [f64]) {
         self.observed.clear();
         for (number, moved) in self.ports.iter_mut().enumerate() {

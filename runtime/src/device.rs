@@ -15,6 +15,7 @@
 //! Not here: boards (which core, which pins), what is done about a motor's heat (the firmware), the
 //! mechanics of the key.
 
+mod converter;
 mod file;
 mod matching;
 mod mechanics;
@@ -28,7 +29,7 @@ use whippen_compiler::scales::PortScales;
 
 use crate::files::{FileError, InputKind, read_text};
 pub use mechanics::{FeltStops, Mechanics};
-pub use port::{Drive, Port, Sensor, Stands};
+pub use port::{Drive, Port, Sensor, Stands, Winding};
 
 /// The bundled devices: file and text.
 const BUNDLED: &[(&str, &str)] = &[
@@ -168,6 +169,37 @@ impl Device {
         PortScales::new(self.ports.iter().map(port).collect())
     }
 
+    /// What the converters of the first port make of a position and a force, where they have less
+    /// than words or the sensor has a curve; in words.
+    pub fn told_converters(&self) -> Vec<String> {
+        let (port, drive, turns) = (self.port(), self.drive(), self.turns());
+        let mut out = Vec::new();
+        if port.has_steps() {
+            let step = port.widest_step();
+            let step = match turns {
+                true => format!("{:.3} mdeg", 1e3 * step.to_degrees()),
+                false => format!("{:.3} um", 1e6 * step),
+            };
+            let bits = port.sensor.bits;
+            out.push(match &port.curve {
+                None => format!("a step of the sensor's {bits} bits is {step}"),
+                Some(curve) => format!(
+                    "a step of the sensor's {bits} bits is up to {step}, where its curve is {:.1} times as flat as at its steepest",
+                    curve.flatness()
+                ),
+            });
+        }
+        if drive.bits < 16 {
+            let unit = if turns { "mN*m" } else { "mN" };
+            let step = 1e3 * drive.full_scale / f64::from(1u32 << (drive.bits - 1));
+            let bits = drive.bits;
+            out.push(format!(
+                "a step of the drive's {bits} bits is {step:.2} {unit}"
+            ));
+        }
+        out
+    }
+
     /// The force (N or N*m) that the motor gives for ever, if the device says what it stands: word
     /// 32768 is its peak current.
     pub fn rated_force(&self) -> Option<f64> {
@@ -201,6 +233,7 @@ mod tests {
         assert_eq!(
             mikey.sensor(),
             Sensor {
+                bits: 16,
                 low: -0.0005,
                 high: 0.0105,
                 delay_samples: 1.0,
@@ -214,7 +247,8 @@ mod tests {
             Drive {
                 full_scale: 32.0,
                 delay_samples: 1.0,
-                bandwidth_hz: Some(3000.0)
+                bandwidth_hz: Some(3000.0),
+                ..Drive::NONE
             }
         );
         let lsb_m = mikey.position_of_word(1) - mikey.position_of_word(0);

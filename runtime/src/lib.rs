@@ -14,6 +14,7 @@
 
 pub mod board;
 pub mod closed;
+pub mod coil;
 pub mod compare;
 pub mod decimal;
 pub mod device;

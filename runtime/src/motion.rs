@@ -35,6 +35,7 @@ use whippen_compiler::rate::Rate;
 use crate::files::FileError;
 use calibration::Calibration;
 pub use errors::{Disturbance, Unseen};
+pub use pchip::Pchip;
 pub use resample::Resampled;
 use resample::resampled_len;
 

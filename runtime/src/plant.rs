@@ -2,7 +2,7 @@
 //! ticks.
 //!
 //! ```text
-//!   word --delay, hold--> coil (bandwidth) --.
+//!   word --delay, hold--> coil --------------.
 //!   player (force, or a hand) ---------------+--> mass with friction, felt stops --> position --delay--> sensor
 //! ```
 //!
@@ -15,18 +15,17 @@
 //! for control): force times way, what is put in and what comes back. Over a stroke that begins and
 //! ends at rest, a passive key gives back less than it got.
 //!
-//! Not here: the motor's heat (`motor`), the loop around it (`closed`).
+//! Not here: the drive's stages (`coil`), the motor's heat (`motor`), the loop around it
+//! (`closed`).
 
 use std::collections::VecDeque;
 use whippen_compiler::rate::Rate;
 
 use whippen_compiler::stability::Hand;
 
+use crate::coil::{Coil, STEPS, steps};
 use crate::device::{Mechanics, Port};
 use crate::trajectory::Trajectory;
-
-/// Steps in a tick.
-pub const STEPS: usize = 16;
 
 /// What acts on the key besides the drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,33 +72,28 @@ impl Energy {
 
 /// A key in motion.
 #[derive(Debug, Clone)]
-pub struct Plant<'d> {
-    port: &'d Port,
+pub struct Plant {
     mechanics: Mechanics,
     player: Player,
     /// What the player wants in this tick: a force, or the place of the hand at its beginning and
     /// its end.
     wanted: (f64, f64),
     step_s: f64,
-    /// How much of the way to what is asked for the coil goes in a step.
-    follows: f64,
+    coil: Coil,
     x: f64,
     v: f64,
     force: f64,
     /// Positions of the last steps, the newest last: as many as the sensor is late.
     seen: VecDeque<f64>,
-    /// Forces asked for, with the steps at which they begin to act.
-    asked: VecDeque<(usize, f64)>,
-    held: f64,
     /// What lies on the key besides the player (N, down).
     weight: f64,
     step: usize,
     energy: Energy,
 }
 
-impl<'d> Plant<'d> {
+impl Plant {
     /// A key at rest at a place; `None` if the device does not say how its key moves.
-    pub fn new(port: &'d Port, rate_hz: Rate, player: Player, x: f64) -> Option<Plant<'d>> {
+    pub fn new(port: &Port, rate_hz: Rate, player: Player, x: f64) -> Option<Plant> {
         let mechanics = port.mechanics?;
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
         let late = steps(port.sensor.delay_samples);
@@ -107,23 +101,16 @@ impl<'d> Plant<'d> {
             Player::Force(force) => (force.get(0).unwrap_or(0.0), 0.0),
             Player::Hand { target, .. } => (target.at(0), target.at(1)),
         };
-        let corner = port
-            .drive()
-            .bandwidth_hz
-            .map(|hz| std::f64::consts::TAU * hz);
         Some(Plant {
-            port,
             mechanics,
             player,
             wanted,
             step_s,
-            follows: corner.map_or(1.0, |corner| 1.0 - libm::exp(-corner * step_s)),
+            coil: Coil::new(port.drive(), rate_hz),
             x,
             v: 0.0,
             force: 0.0,
             seen: VecDeque::from(vec![x; late + 1]),
-            asked: VecDeque::new(),
-            held: 0.0,
             weight: 0.0,
             step: 0,
             energy: Energy::default(),
@@ -133,15 +120,15 @@ impl<'d> Plant<'d> {
     /// A key that is at rest at a place under a force of the drive (N, up) and as much of somebody
     /// else (down), in a hand that wants it there; then it is pushed, to move with `speed` (m/s).
     pub fn balanced(
-        port: &'d Port,
+        port: &Port,
         rate_hz: Rate,
         player: Player,
         (x, force, speed): (f64, f64, f64),
-    ) -> Option<Plant<'d>> {
+    ) -> Option<Plant> {
         let rest = Plant::new(port, rate_hz, player, x)?;
         Some(Plant {
             force,
-            held: force,
+            coil: rest.coil.clone().holding(force),
             weight: force,
             v: speed,
             ..rest
@@ -191,19 +178,8 @@ impl<'d> Plant<'d> {
 
     /// Takes the drive's word of this tick and goes on to the next.
     pub fn tick(&mut self, word: i16) {
-        let begins = self.step + steps(self.port.drive().delay_samples);
-        self.asked
-            .push_back((begins, self.port.drive().force(word)));
+        self.coil.ask(word);
         for _ in 0..STEPS {
-            while let Some(&(begins, force)) = self
-                .asked
-                .front()
-                .filter(|(begins, _)| *begins <= self.step)
-            {
-                debug_assert!(begins <= self.step);
-                self.held = force;
-                self.asked.pop_front();
-            }
             self.advance();
             self.seen.push_back(self.x);
             self.seen.pop_front();
@@ -231,7 +207,8 @@ impl<'d> Plant<'d> {
     }
 
     fn advance(&mut self) {
-        self.force += self.follows * (self.held - self.force);
+        self.coil.advance();
+        self.force = self.coil.force();
         let Mechanics {
             mass,
             damping,
@@ -276,11 +253,6 @@ impl<'d> Plant<'d> {
             0.0
         }
     }
-}
-
-/// Whole steps of a delay in ticks.
-fn steps(ticks: f64) -> usize {
-    (ticks * STEPS as f64).round() as usize
 }
 
 #[cfg(test)]

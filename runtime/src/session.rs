@@ -23,6 +23,7 @@ use std::time::{Duration, Instant};
 
 use whippen_compiler::pipeline::Compiled;
 
+use crate::coil::Coil;
 use crate::device::Device;
 use crate::emulated::Load;
 use crate::engine::{Engine, EngineKind};
@@ -30,7 +31,7 @@ use crate::files::FileError;
 use crate::measured_loop::{LoopDistance, MeasuredLoop};
 use crate::plot::Figure;
 use crate::sticking::FrictionTally;
-use crate::trace::Trace;
+use crate::trace::{Heading, Trace};
 
 pub use columns::{
     ALL, Recorded, Signal, argument_title, argument_titles, arguments, choose, driven,
@@ -145,13 +146,41 @@ pub(crate) trait Body {
     }
 }
 
-/// Ports that are where a motion says.
-struct Prescribed<F>(F);
+/// Ports that are where a motion says, whatever the first drive pushes.
+struct Prescribed<F> {
+    place: F,
+    coil: Option<Coil>,
+    /// What its coil pushes, as [`recorded_of_motion`] has a column for.
+    pushed: [f64; 1],
+}
 
 impl<F: FnMut(usize, &mut [f64])> Body for Prescribed<F> {
-    fn move_to(&mut self, tick: usize, _: Option<&[i16]>, places: &mut [f64]) {
-        (self.0)(tick, places);
+    fn move_to(&mut self, tick: usize, drive: Option<&[i16]>, places: &mut [f64]) {
+        if let (Some(coil), Some(word)) = (&mut self.coil, drive.and_then(<[i16]>::first)) {
+            coil.tick(*word);
+            self.pushed = [coil.force()];
+        }
+        (self.place)(tick, places);
     }
+
+    fn observe(&self) -> &[f64] {
+        &self.pushed[..usize::from(self.coil.is_some())]
+    }
+}
+
+/// The columns of a run over a motion: those of any run, and what the coil of the first drive
+/// pushes, where the device says how that follows.
+pub fn recorded_of_motion(compiled: &Compiled, device: &Device, kind: EngineKind) -> Vec<Recorded> {
+    let unit = if device.turns() { "n_m" } else { "n" };
+    let heading = Heading {
+        name: "coil_force".to_string(),
+        unit: unit.to_string(),
+        step: Some(1e-6),
+        ..Heading::default()
+    };
+    let has_stages = device.drive().has_stages();
+    let observed = has_stages.then_some(heading);
+    recorded(compiled, device, kind, observed.as_slice())
 }
 
 /// Runs `compiled` over `positions_m`, one per tick and the same for each port, and keeps every
@@ -166,7 +195,7 @@ pub fn run(
     positions_m: &[f64],
     progress: impl FnMut(usize),
 ) -> Result<Run, RunError> {
-    let recording = Recording::everything(recorded(compiled, device, kind, &[]));
+    let recording = Recording::everything(recorded_of_motion(compiled, device, kind));
     let move_to = |tick: usize, places: &mut [f64]| places.fill(positions_m[tick]);
     let motion = (positions_m.len(), move_to);
     record(compiled, device, kind, motion, recording, progress)
@@ -185,7 +214,13 @@ pub fn record(
     recording: Recording,
     progress: impl FnMut(usize),
 ) -> Result<Run, RunError> {
-    let mut body = Prescribed(move_to);
+    let drive = device.drive();
+    let coil = || Coil::new(drive, compiled.model.rate_hz);
+    let mut body = Prescribed {
+        place: move_to,
+        coil: drive.has_stages().then(coil),
+        pushed: [0.0],
+    };
     record_body(
         compiled,
         device,

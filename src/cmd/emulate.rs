@@ -61,6 +61,7 @@ impl Args {
             .writes("--trace", trace, &[])
             .writes("--profile", &self.outputs.profile, &["json"])
             .writes("--drive", &devices.drive, &[])
+            .writes("--vcd", &devices.vcd, &["vcd"])
     }
 }
 
@@ -148,6 +149,12 @@ struct Devices {
     /// Where to write the drive words, in the same order
     #[arg(long, value_name = "FILE")]
     drive: Option<PathBuf>,
+    /// Where to write what is on the pins, every change at its cycle, for a viewer of waveforms
+    #[arg(long, value_name = "FILE.vcd")]
+    vcd: Option<PathBuf>,
+    /// The pins of --vcd, such as 2,3,4 [default: all that have had a function]
+    #[arg(long, value_name = "PINS", value_delimiter = ',', requires = "vcd", value_parser = clap::value_parser!(u8).range(0..48))]
+    vcd_pins: Vec<u8>,
     /// Keys of the converter [default: 88]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = option::keys)]
     keys: Option<u32>,
@@ -230,6 +237,7 @@ pub fn run(args: &Args) -> Outcome {
     let end = run::to_the_end(&mut image, &task, &args.outputs)?;
     if let Some(ports) = &image.ports {
         args.on.devices.write_drive(&image.machine, ports)?;
+        args.on.devices.write_pins(&mut image.machine)?;
     }
     report::print(&image, &task, &end, &args.outputs)?;
     if end.succeeded() {

@@ -22,6 +22,9 @@ pub fn report(compiled: &Compiled, device: &Device) -> String {
     for sense in &compiled.model.senses {
         differentiators(&mut out, compiled, sense, device);
     }
+    for line in device.told_converters() {
+        let _ = writeln!(out, "  {line}");
+    }
     if let Ok(Some(noise)) = resting::noise(compiled, device) {
         let _ = writeln!(out, "  {}", noise.told(compiled.model.turns()));
     }

@@ -228,10 +228,11 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         Ok(recording.starting(positions.start_s).until(stop))
     };
     let (mut run, notes) = if args.hand.closes() {
-        let hand = &args.hand;
-        hand.play(&compiled, &device, engine, &positions, recording)?
+        args.hand
+            .play(&compiled, &device, engine, &positions, recording)?
     } else {
-        let recording = recording(session::recorded(&compiled, &device, engine, &[]))?;
+        let columns = session::recorded_of_motion(&compiled, &device, engine);
+        let recording = recording(columns)?;
         let run = play(&compiled, &device, engine, &positions, recording)?;
         (run, positions.notes.clone())
     };

@@ -362,3 +362,39 @@ fn a_hot_motor_of_one_port_holds_all_back() {
         8
     );
 }
+
+/// Converters of fewer bits are no matter of an image: words have 16 bits, and a sensor at the end
+/// of its converter reads as a rail, where a broken wire is found.
+#[test]
+fn an_image_plays_converters_of_fewer_bits() {
+    let compiled = built("hammond.whip");
+    let mut device = Device::mikey();
+    device.ports[0].sensor.bits = 12;
+    let drive = device.ports[0].drive.as_mut().expect("a key is driven");
+    drive.bits = 10;
+    let step = drive.full_scale / 512.0;
+    let moves: Vec<f64> = (0..600).map(|tick| 1e-3 + 2e-6 * f64::from(tick)).collect();
+    let traces = [
+        EngineKind::Jit,
+        EngineKind::Emulated(BoardKind::Rp2350.into()),
+    ]
+    .map(|kind| {
+        run(&compiled, &device, kind, &moves, |_| ())
+            .expect("an engine")
+            .trace
+    });
+    let [jit, board] = traces.each_ref().map(|trace| {
+        let column = trace.column("drive_n").expect("the drive");
+        column.values().to_vec()
+    });
+    assert_eq!(jit, board);
+    assert!(jit.iter().all(|force| (force / step).fract() == 0.0));
+    let mut forces = jit.clone();
+    forces.dedup();
+    assert!(forces.len() >= 3, "{forces:?}");
+    // What the coil pushes is told too, a sample later.
+    let coil = traces[0].column("coil_force_n").expect("the coil");
+    let follows = coil.values().last().zip(jit.last()).expect("ticks");
+    assert!((follows.0 - follows.1).abs() <= step);
+    assert_eq!(device.word_of_position(10.5e-3).0, u16::MAX);
+}

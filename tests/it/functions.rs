@@ -1,8 +1,10 @@
 //! `exp`, `log`, `sin`, `cos`, `tanh` and `sqrt` over every word of the sensor: the proven error is
 //! kept, and is not much larger than what is seen.
 
+use std::collections::BTreeSet;
+
 use crate::common;
-use whippen_compiler::kernel::Interp;
+use whippen_compiler::kernel::{Immediate, Interp};
 
 /// An expression of the program, the same in f64 of the position in millimetres, and how much of
 /// its bound is seen at least.
@@ -71,4 +73,25 @@ fn every_word_is_within_the_proven_error_and_that_is_no_guess() {
         );
     }
     assert!(missed.is_empty(), "{missed:#?}");
+}
+
+/// A unit that is tried again finer makes its table again.
+#[test]
+fn every_table_of_a_kernel_is_looked_up() {
+    let mut tables = 0;
+    for compiled in common::all_and_programs() {
+        let kernel = &compiled.lowered.kernel;
+        let named: BTreeSet<i64> = kernel
+            .all_insts()
+            .flat_map(|inst| inst.op.row().immediates.iter().zip(inst.op.immediates()))
+            .filter(|(kind, _)| **kind == Immediate::Table)
+            .map(|(_, number)| number)
+            .collect();
+        assert_eq!(named.len(), kernel.tables.len(), "{}", kernel.name);
+        tables += named.len();
+        if kernel.name == "tables" {
+            assert_eq!(named.len(), 4, "one for each table of the program");
+        }
+    }
+    assert!(tables > 20, "{tables}");
 }

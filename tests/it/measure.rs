@@ -5,9 +5,12 @@ use std::fmt::Write;
 
 use serde_json::Value;
 use whippen_compiler::bundled::INSTRUMENTS;
+use whippen_compiler::parallel;
+use whippen_compiler::pipeline::compile;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
-use whippen_runtime::measure::{Measured, Protocol, measure};
+use whippen_runtime::keyboard::model_of_keys;
+use whippen_runtime::measure::{GRAM_FORCE_N, Measured, Protocol, measure, sweep};
 
 use crate::cli::{Shell, bundled};
 use crate::common::compiled;
@@ -97,6 +100,43 @@ fn every_bundled_instrument() {
         let _ = writeln!(all, "{}", String::from_utf8_lossy(&text));
     }
     insta::assert_snapshot!(all);
+}
+
+/// A whole keyboard beside the keys of a Gaveau, which weighed without the springs of its whippens.
+#[test]
+fn a_register_makes_88_keys_as_heavy_as_they_were_measured() {
+    let Some(folder) = whippen_need::recordings("touchweight") else {
+        return;
+    };
+    let text = [
+        include_str!("../../examples/register/grand-88.whip"),
+        include_str!("../../instruments/grand-piano.whip"),
+    ];
+    let model = &compiled("grand-88.whip", &text.concat(), &[])[0].model;
+    let device = Device::of(model);
+    let protocol = Protocol::of(model, EngineKind::Jit);
+    let weights = parallel::map((0..88).collect(), |key: usize| {
+        let one = compile(model_of_keys(model, &[key]), device.scales(), true).expect("compiles");
+        let touch = sweep(&one, &device, &protocol).expect("it runs").touch;
+        [touch.down_weight(), touch.up_weight()]
+    });
+    let table = std::fs::read_to_string(folder.join("gaveau_m1_88keys.csv")).expect("a table");
+    let rows: Vec<Vec<&str>> = table.lines().map(|row| row.split(',').collect()).collect();
+    let mut judged = 0;
+    for (title, side) in [("down_weight_no_spring_g", 0), ("up_weight_g", 1)] {
+        let column = rows[0].iter().position(|own| *own == title).expect(title);
+        for (key, (row, found)) in rows[1..].iter().zip(&weights).enumerate() {
+            let wanted_g: f64 = row[column].parse().expect("a number");
+            let off_g = found[side] / GRAM_FORCE_N - wanted_g;
+            assert!(
+                off_g.abs() < 5.0,
+                "key {}: {title} off by {off_g} g",
+                key + 1
+            );
+            judged += 1;
+        }
+    }
+    assert_eq!(judged, 2 * 88);
 }
 
 const PLAIN: &str =

@@ -49,6 +49,40 @@ fn the_noise_at_rest_is_that_of_the_formula() {
     }
 }
 
+/// A curve makes noise larger where it is flat, a converter of few bits makes steps of it.
+#[test]
+fn a_sensors_curve_and_its_converter_are_in_the_noise_at_rest() {
+    let text = "instrument damper { sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms\n force drag = 10 N*s/m * x' }";
+    let damper = common::compiled("damper.whip", text, &[]).remove(0);
+    let device = |sensor: &str| {
+        let text = format!(
+            "name = \"a\"\n[sensor]\nlow = \"-0.5 mm\"\nhigh = \"10.5 mm\"\ndelay = \"1 sample\"\nnoise = \"1 um\"\n{sensor}\n\
+             [drive]\nbits = \"12 bit\"\nfull_scale = \"5 N\"\ndelay = \"1 sample\"\n"
+        );
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.toml");
+        std::fs::write(&path, text).expect("writable");
+        Device::load(&path).expect("a good device")
+    };
+    let rms = |sensor: &str| noise_of(&damper, &device(sensor)).force_rms;
+    let straight = rms("bits = \"16 bit\"");
+    // At rest its slope is a quarter of the steepest.
+    let curve = "bits = \"16 bit\"\ncurve = \"-0.5 mm: 0, 0.5 mm: 0.05, 1 mm: 0.075, 2 mm: 0.175, 4 mm: 0.575, 10.5 mm: 1\"";
+    let curved = rms(curve);
+    assert!(curved > 2.0 * straight, "{curved} {straight}");
+    // A step of 2.7 um hides 1 um of noise in part, and makes what is left larger than it was.
+    let coarse = rms("bits = \"12 bit\"");
+    assert!(coarse > 0.0 && coarse != straight, "{coarse} {straight}");
+    let told = device("bits = \"12 bit\"").told_converters();
+    assert_eq!(
+        told,
+        [
+            "a step of the sensor's 12 bits is 2.686 um",
+            "a step of the drive's 12 bits is 2.44 mN"
+        ]
+    );
+}
+
 #[test]
 fn a_stated_noise_is_played_and_is_the_same_in_every_run() {
     let spring = &common::instruments("virtual-spring.whip", &[])[0];

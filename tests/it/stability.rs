@@ -2,9 +2,9 @@
 //! not, in the real loop of Kernel, converters, delays and coil.
 
 use whippen_compiler::pipeline::Compiled;
-use whippen_compiler::stability::{Borders, Hand, analyze, hands};
+use whippen_compiler::stability::{Borders, Hand, Resonance, analyze, hands};
 use whippen_runtime::closed;
-use whippen_runtime::device::Device;
+use whippen_runtime::device::{Device, Winding};
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::plant::Player;
 use whippen_runtime::plot::{Curve, Map};
@@ -185,6 +185,38 @@ fn the_analysis_of_a_program_agrees_with_the_map() {
                 assert!((found.largest[0].high / k - 1.0).abs() < 1e-6 && found.undecided == 0);
             }
         }
+    }
+}
+
+/// Amplifier, winding and first mode are in the margin as they are in the loop: what the analysis
+/// calls the border is where the simulated key begins to ring.
+#[test]
+fn stages_of_a_drive_are_in_the_margin() {
+    let plain = borders(&device(false)).stable(&Hand::FREE, 2.0);
+    let winding = Winding {
+        resistance_ohm: 8.0,
+        inductance_h: 1e-3,
+    };
+    let ring = Resonance {
+        hz: 3000.0,
+        damping: 0.05,
+    };
+    let stages = [
+        (Some(winding), None),
+        (None, Some(ring)),
+        (Some(winding), Some(ring)),
+    ];
+    for (winding, mode) in stages {
+        let mut device = device(false);
+        let drive = device.ports[0].drive.as_mut().expect("driven");
+        (drive.winding, drive.mode, drive.bandwidth_hz) = (winding, mode, None);
+        let border = borders(&device).stable(&Hand::FREE, 2.0);
+        let found = simulated(&device, &Hand::FREE, 2.0, border);
+        assert!(
+            (found / border - 1.0).abs() < 0.03,
+            "{winding:?} {mode:?}: {found} {border}"
+        );
+        assert!(border != plain);
     }
 }
 

@@ -21,6 +21,9 @@ const SOUND_HZ: u32 = 44_100;
 /// Four bowed strings.
 const STRINGS: &str = include_str!("../programs/bowed_strings.whip");
 
+/// Four strings under a bow that moves along them.
+const VIOLIN: &str = include_str!("../../instruments/bowed-violin.whip");
+
 /// Weights that are rubbed; each tells when it is touched, and the tail tells of all of them.
 const WEIGHTS: &str = "
 instrument weights {

@@ -10,7 +10,7 @@ use whippen_runtime::device::Device;
 use whippen_runtime::engine::{Engine, EngineKind};
 
 use crate::rig::{Image, words_of};
-use crate::{SLOW_HZ, SOUND_HZ, STRINGS, WEIGHTS, compiled};
+use crate::{SLOW_HZ, SOUND_HZ, STRINGS, VIOLIN, WEIGHTS, compiled};
 
 /// Ticks of each, where the environment does not say (`WHIPPEN_TICKS=N`).
 const TICKS: usize = 200;
@@ -77,6 +77,19 @@ fn strings_in_parts_play_what_the_whole_plays() {
         assert_eq!(cut.has_helper(), board != BoardKind::Stm32f4);
         println!("{} {:?}", board.name(), compare(&compiled, board));
     }
+}
+
+/// The bow of the bundled violin moves along its strings: what it takes a tick of 44.1 kHz stands
+/// in the bars.
+#[test]
+fn a_violin_whose_bow_moves_along_plays_what_the_whole_plays() {
+    println!(
+        "{:?}",
+        compare(&compiled(VIOLIN, SLOW_HZ), BoardKind::Rp2350)
+    );
+    let image = Image::of(&compiled(VIOLIN, SOUND_HZ), BoardKind::Rp2350);
+    let cycles_max = image.bounded().contended.cycles_max;
+    assert!(cycles_max <= 3968, "{cycles_max}");
 }
 
 /// Members of one core are one part where that makes the frame shorter.

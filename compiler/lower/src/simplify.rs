@@ -5,6 +5,7 @@
 //! * Both arms of an `if` give up what they share: `if c then a + x else b + x` is `x + if c then a
 //!   else b`, and one value with two factors becomes a product with a chosen constant, as does a
 //!   division by one.
+//! * What values per key and constants decide alone is a value per key.
 //! * A value divided by what live parameters alone decide is a product with a quotient that all
 //!   keys share. By what does not move far, or by an exponential, it needs no quotient.
 //! * What the ranges decide is gone: a `max` that never bites, a comparison that always holds.
@@ -21,6 +22,7 @@
 mod choice;
 mod curve;
 mod friction;
+mod keyed;
 mod linear;
 mod reciprocal;
 mod rewrite;

@@ -2,7 +2,8 @@
 //! samples, exactly.
 //!
 //! ```text
-//!   u[k] --delay--> hold --bandwidth--> force on   m x'' = -b x' - k x - f      m, b, k: key and hand together
+//!   u[k] --delay--> hold --lag--> bandwidth --> first mode --> force on   m x'' = -b x' - k x - f
+//!                                                  m, b, k: key and hand together
 //!                                                  sampled at every tick
 //! ```
 //!
@@ -29,8 +30,22 @@ pub struct Key {
     pub delay_ticks: f64,
     /// Where the force falls behind by 45 degrees (Hz); none for a drive without limit.
     pub bandwidth_hz: Option<f64>,
+    /// Where what lies before that, amplifier or winding, falls behind by 45 degrees (Hz); none
+    /// where nothing does.
+    pub lag_hz: Option<f64>,
+    /// The first mode of the drive, if it is known.
+    pub mode: Option<Resonance>,
     /// What one word of the sensor is (m or rad).
     pub sensor_lsb: f64,
+}
+
+/// A second-order mode that a force goes through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resonance {
+    /// Its frequency without damping (Hz), above 0.
+    pub hz: f64,
+    /// Its damping as a part of the critical one, above 0 and below 1.
+    pub damping: f64,
 }
 
 /// What holds the key: a mass on it, and a spring and a damper to where the player wants it.
@@ -53,16 +68,27 @@ impl Hand {
     };
 }
 
-/// Position, speed, force of the drive.
-type Matrix = [[f64; 3]; 3];
+/// Position, speed, and the states of the drive, of which the last is that behind the hold.
+type Matrix<const N: usize> = [[f64; N]; N];
 
-/// A key with a hand, sampled.
+/// A key with a hand, sampled: as many states as its drive has stages.
 #[derive(Debug, Clone)]
-pub struct Held {
-    step: Matrix,
+pub enum Held {
+    /// With the bandwidth alone.
+    Plain(Sampled<3>),
+    /// With a lag before it.
+    Lagging(Sampled<4>),
+    /// With both and the mode.
+    Ringing(Sampled<6>),
+}
+
+/// A linear system, sampled.
+#[derive(Debug, Clone)]
+pub struct Sampled<const N: usize> {
+    step: Matrix<N>,
     /// What the force of `whole` and of `whole + 1` ticks ago does in a tick.
-    new: [f64; 3],
-    old: [f64; 3],
+    new: [f64; N],
+    old: [f64; N],
     whole: i32,
 }
 
@@ -71,20 +97,53 @@ impl Held {
     pub fn new(key: &Key, hand: &Hand, rate_hz: f64) -> Held {
         let (mass, damping) = (key.mass + hand.mass, key.damping + hand.damping);
         // A drive without limit is one far beyond the rate.
-        let corner = key
-            .bandwidth_hz
-            .map_or(200.0 * rate_hz, |hz| std::f64::consts::TAU * hz);
-        let system = [
-            [0.0, 1.0, 0.0],
-            [-hand.stiffness / mass, -damping / mass, -1.0 / mass],
-            [0.0, 0.0, -corner],
-        ];
-        let whole = floor(key.delay_ticks);
-        let late = (key.delay_ticks - whole) / rate_hz;
+        let corner = |hz: Option<f64>| hz.map_or(200.0 * rate_hz, |hz| std::f64::consts::TAU * hz);
+        let (own, lag) = (corner(key.bandwidth_hz), corner(key.lag_hz));
+        let (k, b, f) = (-hand.stiffness / mass, -damping / mass, -1.0 / mass);
+        if let Some(Resonance { hz, damping }) = key.mode {
+            let w = std::f64::consts::TAU * hz;
+            let system = [
+                [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+                [k, b, f, 0.0, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+                [0.0, 0.0, -w * w, -2.0 * damping * w, w * w, 0.0],
+                [0.0, 0.0, 0.0, 0.0, -own, own],
+                [0.0, 0.0, 0.0, 0.0, 0.0, -lag],
+            ];
+            Held::Ringing(Sampled::new(&system, lag, key.delay_ticks, rate_hz))
+        } else if key.lag_hz.is_some() {
+            let system = [
+                [0.0, 1.0, 0.0, 0.0],
+                [k, b, f, 0.0],
+                [0.0, 0.0, -own, own],
+                [0.0, 0.0, 0.0, -lag],
+            ];
+            Held::Lagging(Sampled::new(&system, lag, key.delay_ticks, rate_hz))
+        } else {
+            let system = [[0.0, 1.0, 0.0], [k, b, f], [0.0, 0.0, -own]];
+            Held::Plain(Sampled::new(&system, own, key.delay_ticks, rate_hz))
+        }
+    }
+
+    /// How far down (m) for each unit of force upwards, at `z`: positive where it gives way.
+    pub fn at(&self, z: Complex64) -> Complex64 {
+        match self {
+            Held::Plain(sampled) => sampled.at(z),
+            Held::Lagging(sampled) => sampled.at(z),
+            Held::Ringing(sampled) => sampled.at(z),
+        }
+    }
+}
+
+impl<const N: usize> Sampled<N> {
+    /// A system whose last state follows what is held with a corner (rad/s).
+    fn new(system: &Matrix<N>, corner: f64, delay_ticks: f64, rate_hz: f64) -> Sampled<N> {
+        let whole = floor(delay_ticks);
+        let late = (delay_ticks - whole) / rate_hz;
         let rest = 1.0 / rate_hz - late;
-        let (first, from_first) = stepped(&system, corner, late);
-        let (second, from_second) = stepped(&system, corner, rest);
-        Held {
+        let (first, from_first) = stepped(system, corner, late);
+        let (second, from_second) = stepped(system, corner, rest);
+        Sampled {
             step: product(&second, &first),
             new: from_second,
             old: applied(&second, &from_first),
@@ -92,21 +151,21 @@ impl Held {
         }
     }
 
-    /// How far down (m) for each unit of force upwards, at `z`: positive where it gives way.
-    pub fn at(&self, z: Complex64) -> Complex64 {
+    fn at(&self, z: Complex64) -> Complex64 {
         let entry = |i: usize, j: usize| if i == j { z } else { Complex64::ZERO } - self.step[i][j];
-        let mut matrix: [[Complex64; 3]; 3] =
+        let mut matrix: [[Complex64; N]; N] =
             std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
         let back = z.inv();
-        let mut right: [Complex64; 3] = std::array::from_fn(|i| back * self.old[i] + self.new[i]);
+        let mut right: [Complex64; N] = std::array::from_fn(|i| back * self.old[i] + self.new[i]);
         solve(&mut matrix, &mut right);
         -right[0] * back.powi(self.whole)
     }
 }
 
 /// Over a time: how the state moves on, and what a constant input adds to it.
-fn stepped(system: &Matrix, corner: f64, time_s: f64) -> (Matrix, [f64; 3]) {
-    // The input enters at the drive only, whose own step is known; halving keeps the series short.
+fn stepped<const N: usize>(system: &Matrix<N>, corner: f64, time_s: f64) -> (Matrix<N>, [f64; N]) {
+    // The input enters at the last state only, whose own step is known; halving keeps the series
+    // short.
     let largest = system
         .iter()
         .flatten()
@@ -115,20 +174,27 @@ fn stepped(system: &Matrix, corner: f64, time_s: f64) -> (Matrix, [f64; 3]) {
     let part = time_s / 2.0_f64.powi(halvings);
     let mut step = series(system, part, |n| 1.0 / n);
     let input = series(system, part, |n| 1.0 / (n + 1.0));
-    let mut added = applied(&input, &[0.0, 0.0, corner * part]);
+    let mut entering = [0.0; N];
+    entering[N - 1] = corner * part;
+    let mut added = applied(&input, &entering);
     for _ in 0..halvings {
         let carried = applied(&step, &added);
         added = std::array::from_fn(|i| added[i] + carried[i]);
         step = product(&step, &step);
     }
     // What has settled has settled.
-    step[2][2] = exp(-corner * time_s);
+    step[N - 1][N - 1] = exp(-corner * time_s);
     (step, added)
 }
 
 /// `1 + f(1) A t + f(1) f(2) (A t)^2 + ..`
-fn series(system: &Matrix, time_s: f64, factor: impl Fn(f64) -> f64) -> Matrix {
-    let mut term = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+fn series<const N: usize>(
+    system: &Matrix<N>,
+    time_s: f64,
+    factor: impl Fn(f64) -> f64,
+) -> Matrix<N> {
+    let one = |i, j| if i == j { 1.0 } else { 0.0 };
+    let mut term = std::array::from_fn(|i| std::array::from_fn(|j| one(i, j)));
     let mut sum = term;
     for n in 1..=12 {
         let f = factor(f64::from(n)) * time_s;
@@ -141,12 +207,12 @@ fn series(system: &Matrix, time_s: f64, factor: impl Fn(f64) -> f64) -> Matrix {
     sum
 }
 
-fn product(a: &Matrix, b: &Matrix) -> Matrix {
-    std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
+fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..N).map(|k| a[i][k] * b[k][j]).sum()))
 }
 
-fn applied(a: &Matrix, v: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| (0..3).map(|k| a[i][k] * v[k]).sum())
+fn applied<const N: usize>(a: &Matrix<N>, v: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|i| (0..N).map(|k| a[i][k] * v[k]).sum())
 }
 
 #[cfg(test)]
@@ -159,6 +225,8 @@ mod tests {
         friction: 0.0,
         delay_ticks: 1.25,
         bandwidth_hz: Some(3000.0),
+        lag_hz: None,
+        mode: None,
         sensor_lsb: 1e-7,
     };
 
@@ -171,7 +239,9 @@ mod tests {
             stiffness: 2000.0,
         };
         let (rate_hz, fine) = (44_100.0, 4000);
-        let held = Held::new(&KEY, &hand, rate_hz);
+        let Held::Plain(held) = Held::new(&KEY, &hand, rate_hz) else {
+            panic!("a drive with a bandwidth alone")
+        };
         let (mut x, mut v, mut f) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut exact = [0.0; 3];
         let corner = std::f64::consts::TAU * 3000.0;
@@ -201,6 +271,37 @@ mod tests {
         assert!(x < 0.0);
     }
 
+    /// What a drive with a mode makes of a force, far above the sampled key's own frequencies: the
+    /// continuous response, but for the hold and the delay.
+    #[test]
+    fn stages_of_a_drive_are_in_the_response() {
+        let rate_hz = 1e6;
+        let key = Key {
+            delay_ticks: 0.0,
+            bandwidth_hz: Some(5000.0),
+            lag_hz: Some(800.0),
+            mode: Some(Resonance {
+                hz: 3000.0,
+                damping: 0.05,
+            }),
+            ..KEY
+        };
+        let hand = Hand::FREE;
+        let (held, w0) = (Held::new(&key, &hand, rate_hz), std::f64::consts::TAU);
+        for hz in [20.0, 800.0, 2900.0, 3000.0, 6000.0] {
+            let s = Complex64::new(0.0, w0 * hz);
+            let lag = |corner: f64| (Complex64::ONE + s / (w0 * corner)).inv();
+            let w = w0 * 3000.0;
+            let mode = Complex64::from(w * w) / (s * s + 2.0 * 0.05 * w * s + w * w);
+            let hold = (Complex64::ONE - (-s / rate_hz).exp()) / (s / rate_hz);
+            let body = (KEY.mass * s * s + KEY.damping * s).inv();
+            let exact = lag(5000.0) * lag(800.0) * mode * hold * body;
+            let found = held.at((s / rate_hz).exp());
+            let off = (found / exact - 1.0).norm();
+            assert!(off < 2e-3, "{hz} Hz: {off}");
+        }
+    }
+
     #[test]
     fn slowly_it_gives_way_as_its_stiffness_says() {
         let hand = Hand {
@@ -208,15 +309,24 @@ mod tests {
             damping: 1.0,
             stiffness: 2000.0,
         };
-        for bandwidth_hz in [None, Some(3000.0)] {
-            let held = Held::new(
-                &Key {
-                    bandwidth_hz,
-                    ..KEY
-                },
-                &hand,
-                44_100.0,
-            );
+        let ring = Resonance {
+            hz: 3000.0,
+            damping: 0.02,
+        };
+        let drives = [
+            (None, None, None),
+            (Some(3000.0), None, None),
+            (Some(3000.0), Some(800.0), None),
+            (None, Some(40_000.0), Some(ring)),
+        ];
+        for (bandwidth_hz, lag_hz, mode) in drives {
+            let key = Key {
+                bandwidth_hz,
+                lag_hz,
+                mode,
+                ..KEY
+            };
+            let held = Held::new(&key, &hand, 44_100.0);
             let slow = held.at(Complex64::ONE);
             assert!(
                 (slow.re * 2000.0 - 1.0).abs() < 1e-6 && slow.im == 0.0,

@@ -39,7 +39,7 @@ mod warning;
 
 pub use border::Borders;
 pub use hands::{HANDS, hands};
-pub use key::{Hand, Key};
+pub use key::{Hand, Key, Resonance};
 pub use loops::PerHand;
 pub use margin::GROWTH_PER_S;
 pub use modes::{Mode, Stability, analyze, analyze_law};

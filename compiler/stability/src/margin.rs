@@ -269,6 +269,8 @@ mod tests {
             friction: 0.0,
             delay_ticks: 2.0,
             bandwidth_hz: None,
+            lag_hz: None,
+            mode: None,
             sensor_lsb: 1e-7,
         };
         let hands = [

@@ -17,10 +17,10 @@
 
 use std::f64::consts::TAU;
 
-use libm::sqrt;
+use libm::{exp, sqrt};
 use num_complex::Complex64;
 
-use super::key::Key;
+use super::key::{Key, Resonance};
 
 /// So many aliases are summed on either side; the rest is bounded.
 const ALIASES: i32 = 100;
@@ -43,6 +43,7 @@ impl Hold {
             let drive = corner.map_or(Complex64::ONE, |corner| {
                 Complex64::new(1.0, w / corner).inv()
             });
+            let drive = before(key, w).map_or(drive, |before| drive * before);
             centre += drive * Complex64::from_polar(1.0, -w * delay_s) / (w * w);
             radius += drive.norm() / (w * w);
         }
@@ -52,6 +53,10 @@ impl Hold {
         let ends = corner.map_or(1.0, |corner| {
             (corner / (TAU * rate_hz * f64::from(ALIASES))).min(1.0)
         });
+        // Two octaves above it a mode lets a fifteenth through; below that as much as at its peak.
+        let far_hz = rate_hz * f64::from(ALIASES);
+        let near = key.mode.filter(|mode| 4.0 * mode.hz > far_hz);
+        let ends = near.map_or(ends, |mode| ends * peak(mode));
         let difference = Complex64::ONE - Complex64::from_polar(1.0, -theta);
         let factor = difference * rate_hz / 2.0;
         Hold {
@@ -73,6 +78,47 @@ impl Hold {
     }
 }
 
+/// What lies before the drive's bandwidth, and its mode, make of a force, at a frequency (rad/s);
+/// none where there is neither.
+fn before(key: &Key, w: f64) -> Option<Complex64> {
+    let lag = key
+        .lag_hz
+        .map(|hz| Complex64::new(1.0, w / (TAU * hz)).inv());
+    let mode = key.mode.map(|Resonance { hz, damping }| {
+        let part = w / (TAU * hz);
+        Complex64::new(1.0 - part * part, 2.0 * damping * part).inv()
+    });
+    match (lag, mode) {
+        (Some(lag), Some(mode)) => Some(lag * mode),
+        (lag, mode) => lag.or(mode),
+    }
+}
+
+/// The most that a mode makes of a force at any frequency.
+fn peak(Resonance { damping, .. }: Resonance) -> f64 {
+    if damping * damping >= 0.5 {
+        return 1.0;
+    }
+    0.5 / (damping * sqrt(1.0 - damping * damping))
+}
+
+/// The answer h(t) of a mode to a pulse: the integrals of |h| and of t |h|. The first says by how
+/// much a force may be larger than what was asked for, the second how late it is (s).
+fn late_by_mode(Resonance { hz, damping }: Resonance) -> [f64; 2] {
+    let w = TAU * hz;
+    let (a, b) = (damping * w, w * sqrt(1.0 - damping * damping));
+    let half_s = std::f64::consts::PI / b;
+    let q = exp(-a * half_s);
+    let squares = a * a + b * b;
+    // Over the first half period; each further one is smaller by q.
+    let first = b * (1.0 + q) / squares;
+    let moment = b * (half_s * q * squares + 2.0 * a * (1.0 + q)) / (squares * squares);
+    let size = w * w / b;
+    let all = first / (1.0 - q);
+    let late = moment / (1.0 - q) + half_s * first * q / ((1.0 - q) * (1.0 - q));
+    [size * all, size * late]
+}
+
 /// The damping that suffices for gains that change as they like within bounds: no gain is ever
 /// above these (absolute values of stiffness, damping and mass). From energies: what a spring is
 /// late by is worth at most `|K| v^2` times the mean lateness, and what differentiators make of a
@@ -85,7 +131,10 @@ pub fn damping_for_changing(
 ) -> f64 {
     let late_s =
         (0.5 + key.delay_ticks) / rate_hz + key.bandwidth_hz.map_or(0.0, |hz| 1.0 / (TAU * hz));
-    stiffness * late_s + damping * gains[0] + mass * gains[1]
+    let late_s = late_s + key.lag_hz.map_or(0.0, |hz| 1.0 / (TAU * hz));
+    let [larger, later_s] = key.mode.map_or([1.0, 0.0], late_by_mode);
+    let late_s = late_s * larger + later_s;
+    stiffness * late_s + damping * gains[0] * larger + mass * gains[1] * larger
 }
 
 #[cfg(test)]
@@ -98,6 +147,8 @@ mod tests {
         friction: 0.0,
         delay_ticks: 0.0,
         bandwidth_hz: None,
+        lag_hz: None,
+        mode: None,
         sensor_lsb: 1e-7,
     };
     const RATE_HZ: f64 = 1000.0;
@@ -139,6 +190,47 @@ mod tests {
             );
             assert!((changing / published - 1.0).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_mode_is_late_as_its_answer_says() {
+        for damping in [0.05, 0.3, 0.9] {
+            let mode = Resonance { hz: 300.0, damping };
+            let w = TAU * mode.hz;
+            let rings = w * sqrt(1.0 - damping * damping);
+            let answer = |t: f64| w * w / rings * exp(-damping * w * t) * libm::sin(rings * t);
+            let step = 1e-7;
+            let sums = (0..2_000_000).fold([0.0; 2], |[all, late], n| {
+                let t = (f64::from(n) + 0.5) * step;
+                let part = answer(t).abs() * step;
+                [all + part, late + t * part]
+            });
+            let found = late_by_mode(mode);
+            for (found, sum) in found.iter().zip(sums) {
+                assert!((found / sum - 1.0).abs() < 1e-4, "{damping}: {found} {sum}");
+            }
+        }
+    }
+
+    /// A lag asks for more damping, and a mode that rings for more yet; a fast lag for nothing.
+    #[test]
+    fn stages_before_a_drive_ask_for_more() {
+        let spring = |lag_hz, mode| {
+            let key = Key {
+                delay_ticks: 1.0,
+                lag_hz,
+                mode,
+                ..KEY
+            };
+            needed(&key, |_| 800.0.into())
+        };
+        let mode = |damping| Some(Resonance { hz: 200.0, damping });
+        let plain = spring(None, None);
+        assert!((spring(Some(1e5), None) / plain - 1.0).abs() < 0.01);
+        let slow = spring(Some(200.0), None);
+        assert!(slow > 1.3 * plain, "{slow} {plain}");
+        let (rings, dead) = (spring(None, mode(0.05)), spring(None, mode(0.7)));
+        assert!(rings > 1.2 * dead && dead > plain, "{rings} {dead} {plain}");
     }
 
     #[test]

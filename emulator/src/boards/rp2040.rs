@@ -3,10 +3,12 @@
 use super::ChipTable;
 use crate::board::CoreKind;
 use crate::bus::Waits;
+use crate::device::adc::AdcLayout;
 use crate::device::clocks;
 use crate::device::dma;
 use crate::device::pio::PioLayout;
 use crate::device::power::Stages;
+use crate::device::pwm::PwmLayout;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
@@ -138,6 +140,20 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     watchdog: (0x4005_8000, 2),
     watchdog_ticks: None,
+    adc: AdcLayout {
+        base: 0x4004_c000,
+        interrupt: 22,
+        inputs: 4,
+        first_pin: 26,
+        room: 4,
+    },
+    pwm: PwmLayout {
+        base: 0x4005_0000,
+        slices: 8,
+        interrupt: 4,
+        lines: 1,
+        request: 24,
+    },
     pios: &[
         PioLayout {
             base: 0x5020_0000,

@@ -4,10 +4,12 @@
 use super::ChipTable;
 use crate::board::CoreKind;
 use crate::bus::Waits;
+use crate::device::adc::AdcLayout;
 use crate::device::clocks;
 use crate::device::dma;
 use crate::device::pio::PioLayout;
 use crate::device::power::Stages;
+use crate::device::pwm::PwmLayout;
 use crate::device::registers::{Reads, Row, held, status, times, words};
 use crate::device::sio::Chip;
 use crate::fabric::Banks;
@@ -114,6 +116,20 @@ pub(super) const CHIP: ChipTable = ChipTable {
     ),
     watchdog: (0x400d_8000, 1),
     watchdog_ticks: Some((0x4010_8000, 0x30)),
+    adc: AdcLayout {
+        base: 0x400a_0000,
+        interrupt: 35,
+        inputs: 8,
+        first_pin: 40,
+        room: 8,
+    },
+    pwm: PwmLayout {
+        base: 0x400a_8000,
+        slices: 12,
+        interrupt: 8,
+        lines: 2,
+        request: 32,
+    },
     pios: &[
         PioLayout {
             base: 0x5020_0000,

@@ -29,6 +29,8 @@ fn every_board_can_be_built_and_nothing_overlaps() {
             chip.watchdog.0,
             chip.converter.0,
             chip.busctrl,
+            chip.pwm.base,
+            chip.adc.base,
             DMA_BASE,
             SIO_BASE,
         ]);

@@ -4,6 +4,7 @@
 //! Not here: the checksum of passing data, and wait states of what is accessed.
 
 use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
+use crate::device::adc::Adc;
 use crate::device::alias;
 use crate::device::pio::Pio;
 use crate::device::uart::Uart;
@@ -23,6 +24,9 @@ pub(crate) struct Layout {
     pub timers: u32,
     /// The request of the first serial port's transmitter; its receiver and the second port follow.
     pub uart_request: u32,
+    /// The request of PWM's first slice, and how many there are: pulses, which channels count.
+    pub pulses: (u32, u32),
+    pub adc_request: u32,
     pub bits: Bits,
 }
 
@@ -33,6 +37,8 @@ pub(crate) const RP2350: Layout = Layout {
     first_interrupt: 10,
     timers: 0x440,
     uart_request: 28,
+    pulses: (32, 12),
+    adc_request: 48,
     bits: channel::RP2350,
 };
 
@@ -43,21 +49,31 @@ pub(crate) const RP2040: Layout = Layout {
     first_interrupt: 11,
     timers: 0x420,
     uart_request: 20,
+    pulses: (24, 8),
+    adc_request: 36,
     bits: channel::RP2040,
 };
 
 /// Requests that are no device's: the first pacing timer, and always.
 const TIMER_REQUEST: u32 = 0x3b;
 const ALWAYS: u32 = 0x3f;
+/// What a channel's counter of requests holds at most.
+const CREDITS_MAX: u32 = 63;
 /// How often a device that does not request is asked again, in cycles.
 const POLL: u64 = 64;
+
+/// Who requests transfers.
+pub(crate) struct Requesters {
+    pub uarts: [DeviceId; 2],
+    /// Blocks of state machines, each with eight requests, from 0 on.
+    pub pios: Vec<DeviceId>,
+    pub adc: DeviceId,
+}
 
 /// See the module.
 pub(crate) struct Dma {
     layout: Layout,
-    uarts: [DeviceId; 2],
-    /// Blocks of state machines, each with eight requests, from 0 on.
-    pios: Vec<DeviceId>,
+    requesters: Requesters,
     channels: Vec<Channel>,
     raised: u32,
     enabled: [u32; 4],
@@ -73,15 +89,14 @@ pub(crate) struct Dma {
 }
 
 impl Dma {
-    pub(crate) fn new(layout: Layout, uarts: [DeviceId; 2], pios: Vec<DeviceId>) -> Self {
+    pub(crate) fn new(layout: Layout, requesters: Requesters) -> Self {
         let channels = (0..layout.channels)
             .map(|i| Channel::new(layout.bits, i))
             .collect();
         let (enabled, forced, timers) = ([0; 4], [0; 4], [0; 4]);
         Self {
             layout,
-            uarts,
-            pios,
+            requesters,
             channels,
             raised: 0,
             enabled,
@@ -126,11 +141,13 @@ impl Dma {
         let first = self.layout.uart_request;
         if request == ALWAYS {
             true
+        } else if self.is_pulse(request) {
+            channel.credits > 0
         } else if (TIMER_REQUEST..ALWAYS).contains(&request) {
             channel.paced_from <= cycle
         } else if (first..first + 4).contains(&request) {
             let from = request - first;
-            let uart = bus.device::<Uart>(self.uarts[from as usize / 2]);
+            let uart = bus.device::<Uart>(self.requesters.uarts[from as usize / 2]);
             uart.is_some_and(|u| {
                 if from.is_multiple_of(2) {
                     u.requests().0
@@ -138,10 +155,28 @@ impl Dma {
                     u.requests().1
                 }
             })
+        } else if request == self.layout.adc_request {
+            let adc = bus.device::<Adc>(self.requesters.adc);
+            adc.is_some_and(Adc::requests)
         } else {
-            let pio = self.pios.get(request as usize / 8);
+            let pio = self.requesters.pios.get(request as usize / 8);
             pio.and_then(|id| bus.device::<Pio>(*id))
                 .is_some_and(|pio| pio.requests(request % 8))
+        }
+    }
+
+    /// Whether a request comes in pulses, each for one transfer.
+    fn is_pulse(&self, request: u32) -> bool {
+        request.wrapping_sub(self.layout.pulses.0) < self.layout.pulses.1
+    }
+
+    /// Channels at work count the pulses that are for them.
+    fn count_pulses(&mut self, cycle: u64, bus: &mut Bus) {
+        let pulses = bus.take_request_pulses(cycle);
+        for channel in self.channels.iter_mut().filter(|channel| channel.busy) {
+            if pulses >> channel.request() & 1 != 0 {
+                channel.credits = (channel.credits + 1).min(CREDITS_MAX);
+            }
         }
     }
 
@@ -182,6 +217,8 @@ impl Dma {
     fn transfer(&mut self, index: usize, bus: &mut Bus) {
         let now = self.next;
         let ended = self.channels[index].transfer(now, bus);
+        let credits = &mut self.channels[index].credits;
+        *credits = credits.saturating_sub(1);
         self.last = index;
         self.next = now + 1;
         self.free = self.next;
@@ -335,6 +372,7 @@ impl Device for Dma {
     fn attend(&mut self, cycle: u64, bus: &mut Bus) {
         // A request may have come before the cycle that was set without it.
         self.next = self.next.min(cycle.max(self.free));
+        self.count_pulses(cycle, bus);
         self.advance(cycle, bus);
         self.interrupts(bus);
     }

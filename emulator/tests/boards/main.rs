@@ -121,6 +121,11 @@ fn a_dma_copies_and_feeds_the_serial_port() {
 }
 
 #[test]
+fn state_machines_and_pwm_reach_the_pins() {
+    prints("pins", "wrong bytes 0\nhigh behind a wrap 1\n");
+}
+
+#[test]
 fn both_cores_serve_the_converter() {
     const KEYS: u16 = 10;
     const TICKS: u16 = 200;

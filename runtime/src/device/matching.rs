@@ -39,6 +39,7 @@ impl Device {
             dim: sense.dim,
             moves: sense.moves,
             sensor: Sensor {
+                bits: 16,
                 low: sense.range.low,
                 high: sense.range.high,
                 delay_samples: 1.0,
@@ -46,6 +47,7 @@ impl Device {
                 step: None,
                 noise_rms: None,
             },
+            curve: None,
             drive: match sense.moves {
                 Moves::Not => None,
                 Moves::Slides => Some(ASSUMED_FORCE_N),
@@ -54,7 +56,7 @@ impl Device {
             .map(|full_scale| Drive {
                 full_scale,
                 delay_samples: 1.0,
-                bandwidth_hz: None,
+                ..Drive::NONE
             }),
             stands: None,
             mechanics: None,

@@ -104,7 +104,9 @@ impl Port {
             friction,
             delay_ticks: self.sensor.delay_samples + held_ticks + self.drive().delay_samples,
             bandwidth_hz: self.drive().bandwidth_hz,
-            sensor_lsb: self.scales().sensor_lsb,
+            lag_hz: self.drive().lag_hz(),
+            mode: self.drive().mode,
+            sensor_lsb: self.widest_step(),
         })
     }
 }

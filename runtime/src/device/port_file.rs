@@ -1,9 +1,11 @@
 //! Reading of ports: the `sensor` and the `drive` of a device, or of each `port.NAME` in it.
 
 use whippen_compiler::model::Moves;
-use whippen_compiler::units::Dim;
+use whippen_compiler::stability::Resonance;
+use whippen_compiler::units::{Dim, Quantity, parse_quantity};
 
-use super::{Device, Drive, Mechanics, Port, Sensor, Stands};
+use super::converter::ReadingCurve;
+use super::{Device, Drive, Mechanics, Port, Sensor, Stands, Winding};
 use crate::entries::Entries;
 use crate::files::FileError;
 
@@ -52,7 +54,6 @@ pub(super) fn several(
 /// it.
 pub(super) fn port(entries: &Entries, prefix: &str, name: &str) -> Result<Port, FileError> {
     let key = |key: &str| format!("{prefix}{key}");
-    entries.word(&key("sensor.bits"))?;
     let low = key("sensor.low");
     let (dim, moves) = match entries.kind(&low) {
         _ if entries.is_angle(&low) => (Dim::NUMBER, Moves::Turns),
@@ -72,6 +73,7 @@ pub(super) fn port(entries: &Entries, prefix: &str, name: &str) -> Result<Port, 
         name: name.to_string(),
         dim,
         moves,
+        curve: curve(entries, &key("sensor.curve"), dim, &sensor)?,
         sensor,
         stands: match &drive {
             Some(drive) if !name.is_empty() => stands(entries, prefix, moves, drive)?,
@@ -140,6 +142,7 @@ fn sensor(entries: &Entries, prefix: &str, dim: Dim) -> Result<Sensor, FileError
         }
     };
     let sensor = Sensor {
+        bits: entries.bits(&key("bits"))?,
         low: entries.quantity(&key("low"), dim)?,
         high: entries.quantity(&key("high"), dim)?,
         delay_samples: entries.samples(&key("delay"))?,
@@ -168,21 +171,97 @@ fn drive(entries: &Entries, prefix: &str, moves: Moves) -> Result<Drive, FileErr
             ));
         }
     };
-    entries.word(&key("bits"))?;
+    let bits = entries.bits(&key("bits"))?;
     let bandwidth = key("bandwidth");
+    let frequency = |key: String| {
+        let found = entries
+            .find(&key)
+            .map(|_| entries.quantity(&key, Dim::PER_TIME));
+        match found.transpose()? {
+            Some(hz) if hz <= 0.0 => Err(entries.error(&key, "must be greater than zero")),
+            found => Ok(found),
+        }
+    };
     let drive = Drive {
+        bits,
         full_scale: entries.quantity(&key("full_scale"), force)?,
         delay_samples: entries.samples(&key("delay"))?,
-        bandwidth_hz: entries
-            .find(&bandwidth)
-            .map(|_| entries.quantity(&bandwidth, Dim::PER_TIME))
-            .transpose()?,
+        bandwidth_hz: frequency(bandwidth)?,
+        amplifier_hz: frequency(key("amplifier"))?,
+        winding: winding(entries, &key)?,
+        mode: mode(entries, &key, frequency(key("mode"))?)?,
     };
-    if drive.bandwidth_hz.is_some_and(|hz| hz <= 0.0) {
-        return Err(entries.error(&bandwidth, "must be greater than zero"));
-    }
     if drive.full_scale <= 0.0 {
         return Err(entries.error(&key("full_scale"), "must be greater than zero"));
     }
     Ok(drive)
+}
+
+/// The winding of a coil: its resistance and its inductance, or neither.
+fn winding(entries: &Entries, key: &impl Fn(&str) -> String) -> Result<Option<Winding>, FileError> {
+    let keys = [key("resistance"), key("inductance")];
+    if keys.iter().all(|key| entries.find(key).is_none()) {
+        return Ok(None);
+    }
+    Ok(Some(Winding {
+        resistance_ohm: entries
+            .measure(&keys[0], &[("mOhm", 1e-3), ("kOhm", 1e3), ("Ohm", 1.0)])?,
+        inductance_h: entries.measure(&keys[1], &[("uH", 1e-6), ("mH", 1e-3), ("H", 1.0)])?,
+    }))
+}
+
+/// The first mode of a coil: its frequency, and its damping as a part of the critical one.
+fn mode(
+    entries: &Entries,
+    key: &impl Fn(&str) -> String,
+    hz: Option<f64>,
+) -> Result<Option<Resonance>, FileError> {
+    let damping = key("mode_damping");
+    let Some(hz) = hz else {
+        return match entries.find(&damping) {
+            Some(_) => Err(entries.error(&damping, "is of a `mode`, which is missing")),
+            None => Ok(None),
+        };
+    };
+    let part = entries.measure(&damping, &[("%", 0.01), ("", 1.0)])?;
+    if part >= 1.0 {
+        return Err(entries.error(&damping, "must be below 1, or nothing rings"));
+    }
+    Ok(Some(Resonance { hz, damping: part }))
+}
+
+/// The curve of a sensor, `VALUE: READING, ..` over all of its range.
+fn curve(
+    entries: &Entries,
+    key: &str,
+    dim: Dim,
+    sensor: &Sensor,
+) -> Result<Option<ReadingCurve>, FileError> {
+    let Some(text) = entries.find(key) else {
+        return Ok(None);
+    };
+    let point = |text: &str| {
+        let (value, reading) = text.split_once(':')?;
+        let value = match parse_quantity(value.trim()) {
+            Ok(Quantity::Real { value, dim: found }) if found == dim => value,
+            _ => return None,
+        };
+        Some((value, reading.trim().parse().ok()?))
+    };
+    let mut points = Vec::new();
+    for part in text.split(',') {
+        points.push(point(part).ok_or_else(|| {
+            let part = part.trim();
+            entries.error(
+                key,
+                &format!("has `{part}`, where `VALUE: READING` is wanted"),
+            )
+        })?);
+    }
+    let curve = ReadingCurve::new(&points).map_err(|why| entries.error(key, &why))?;
+    let ([first, last], room) = (curve.ends(), 1e-9 * (sensor.high - sensor.low));
+    if first > sensor.low + room || last < sensor.high - room {
+        return Err(entries.error(key, "must reach from the sensor's `low` to its `high`"));
+    }
+    Ok(Some(curve))
 }

@@ -13,6 +13,9 @@ const LEAST_FALL_N: f64 = 0.02;
 const LEAST_FALL: f64 = 0.1;
 /// What falls over a longer part of the dip is a slope.
 const LONGEST_FALL: f64 = 1.0 / 3.0;
+/// What gives way has been held over this part of the dip: a part that the key meets on its way
+/// pushes back and is moving before that.
+const HELD: f64 = 0.01;
 /// A fall begins and ends within this part of its size.
 const EDGE: f64 = 0.01;
 
@@ -57,7 +60,9 @@ impl Branch {
             // Up to a peak from which the force falls far enough, and on to the bottom of the fall.
             let (peak, foot) = self.fall_after(from, least)?;
             let let_off = self.edges(peak, foot);
-            if let_off.end_m - let_off.travel_m <= LONGEST_FALL * dip_m {
+            let is_slope = let_off.end_m - let_off.travel_m > LONGEST_FALL * dip_m;
+            let held = self.least_before(peak, HELD * dip_m);
+            if !is_slope && held - self.points[foot].1 >= least {
                 return Some(let_off);
             }
             from = foot;
@@ -79,6 +84,14 @@ impl Branch {
             }
         }
         foot.map(|foot| (peak, foot))
+    }
+
+    /// The least force over this way up to a place.
+    fn least_before(&self, at: usize, way_m: f64) -> f64 {
+        let from_m = self.points[at].0 - way_m;
+        let way = self.points[..=at].iter().rev();
+        let near = way.take_while(|p| p.0 >= from_m);
+        near.fold(f64::INFINITY, |least, p| least.min(p.1))
     }
 
     /// Where a fall begins and ends, but for its edges.
@@ -209,6 +222,38 @@ mod tests {
             _ => 0.2,
         });
         close(both.let_off().expect("it breaks").travel_m, 0.008, 1e-5);
+    }
+
+    #[test]
+    fn what_the_key_meets_on_its_way_is_no_let_off() {
+        // A blow over 0.05 mm, and what was met is carried from there on.
+        let met = |x: f64| match x {
+            x if x < 0.0005 => 0.37,
+            x if x < 0.00055 => 0.62,
+            x if x < 0.0076 => 0.52,
+            _ => 0.37,
+        };
+        let met = touch(|x, _| met(x));
+        close(met.let_off().expect("it breaks").travel_m, 0.0076, 1e-5);
+        close(met.down_weight(), 0.52, 1e-9);
+        // Nor one after which nothing is carried.
+        let blow = touch(|x, _| {
+            if (0.005..0.00508).contains(&x) {
+                0.6
+            } else {
+                0.5
+            }
+        });
+        assert_eq!(blow.let_off(), None);
+        // What is held for longer than that and then lost is one.
+        let snap = touch(|x, _| {
+            if (0.005..0.0053).contains(&x) {
+                0.6
+            } else {
+                0.5
+            }
+        });
+        close(snap.let_off().expect("it snaps").travel_m, 0.0053, 1e-5);
     }
 
     #[test]

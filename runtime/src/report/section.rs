@@ -80,6 +80,9 @@ impl Section {
                 .iter()
                 .map(|beside| ("measured".to_string(), beside.told.clone()))
                 .collect(),
+            (made.device.told_converters().into_iter())
+                .map(|told| ("converter".to_string(), told))
+                .collect(),
             noise(compiled, made.device).into_iter().collect(),
             not_drawn(compiled, run).into_iter().collect(),
         ];

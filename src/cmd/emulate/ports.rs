@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use whippen_compiler::rate::Rate;
-use whippen_emulator::{Converter, ConverterSetup, Machine, Ports, Uart};
+use whippen_emulator::{Converter, ConverterSetup, Machine, Ports, Uart, vcd};
 use whippen_runtime::files::write_whole;
 
 use super::Devices;
@@ -34,6 +34,7 @@ impl Devices {
             ("--serial-in", self.serial_in.is_some()),
             ("--sense", self.sense.is_some()),
             ("--drive", self.drive.is_some()),
+            ("--vcd", self.vcd.is_some()),
             ("--keys", self.keys.is_some()),
             ("--rate", self.rate.is_some()),
         ];
@@ -59,6 +60,13 @@ impl Devices {
         }
         if let Some(converter) = machine.bus.device_mut::<Converter>(ports.converter) {
             converter.recording = self.drive.is_some();
+        }
+        if self.vcd.is_some() {
+            if machine.bus.pins.count() == 0 {
+                let board = "--vcd needs a board with pins: --board rp2350 or rp2040";
+                return Err(Failure::Usage(board.into()));
+            }
+            machine.bus.pins.record();
         }
         ports
             .uarts
@@ -88,6 +96,24 @@ impl Devices {
             .flat_map(|word| word.to_le_bytes())
             .collect();
         write_whole(path, |w| w.write_all(&bytes)).map_err(|e| Failure::Usage(e.to_string()))
+    }
+
+    /// Writes what was on the pins.
+    pub fn write_pins(&self, machine: &mut Machine) -> Outcome {
+        let Some(path) = &self.vcd else {
+            return Ok(());
+        };
+        let chosen = self.vcd_pins.iter().map(|pin| 1 << pin);
+        let end = (0..machine.cores()).map(|core| machine.cycle(core)).max();
+        let clock_hz = machine.board().clock_hz;
+        let pins = &mut machine.bus.pins;
+        let mask = match self.vcd_pins.is_empty() {
+            true => pins.used(),
+            false => chosen.fold(0, |mask, pin: u64| mask | pin),
+        };
+        let text = vcd(&pins.take_changes(), mask, clock_hz, end.unwrap_or(0));
+        write_whole(path, |w| w.write_all(text.as_bytes()))
+            .map_err(|e| Failure::Usage(e.to_string()))
     }
 }
 

@@ -4,9 +4,9 @@
 use super::gnu::gcc;
 use crate::cli::Shell;
 
-/// The converter's program of the emulator's own tests, for RP2350: drive = 3 * sense - key, ten
+/// A program of the emulator's own tests, for RP2350. The converter's: drive = 3 * sense - key, ten
 /// keys.
-fn with_firmware(level: &str) -> Option<Shell> {
+fn with_firmware(level: &str, program: &str) -> Option<Shell> {
     let programs = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/emulator/tests/boards/programs"
@@ -14,7 +14,7 @@ fn with_firmware(level: &str) -> Option<Shell> {
     let shell = Shell::new();
     let (start, program) = (
         format!("{programs}/start.c"),
-        format!("{programs}/converter.c"),
+        format!("{programs}/{program}.c"),
     );
     let link = format!("-T{programs}/link.ld");
     let flags = [
@@ -38,7 +38,7 @@ fn with_firmware(level: &str) -> Option<Shell> {
 
 #[test]
 fn sensor_words_go_in_and_drive_words_come_out() {
-    let Some(shell) = with_firmware("-O2") else {
+    let Some(shell) = with_firmware("-O2", "converter") else {
         return;
     };
     let words: Vec<u16> = (0..30_u16).map(|i| 100 * i).collect();
@@ -77,9 +77,58 @@ fn sensor_words_go_in_and_drive_words_come_out() {
     );
 }
 
+/// The clock of a serial interface has 160 edges up, 125 cycles apart within its bytes.
+#[test]
+fn pins_are_written_as_a_logic_analyser_sees_them() {
+    let Some(shell) = with_firmware("-O2", "pins") else {
+        return;
+    };
+    let board = ["emulate", "firmware.elf", "--board", "rp2350", "--vcd"];
+    shell.ends(0, &[&board[..], &["pins.vcd"]].concat());
+    let dump = std::fs::read_to_string(shell.path("pins.vcd")).expect("written");
+    assert_eq!(dump.matches("$var wire 1 ").count(), 3, "{}", &dump[..400]);
+    let named = |name: &str| {
+        let wire = dump
+            .lines()
+            .find(|line| line.ends_with(&format!(" {name} $end")));
+        wire.expect("a wire").split(' ').nth(3).expect("its code")
+    };
+    let (clock, mut ps, mut rises) = (format!("1{}", named("gpio18")), 0_u64, Vec::new());
+    for line in dump.lines() {
+        match line.strip_prefix('#') {
+            Some(time) => ps = time.parse().expect("a time"),
+            None if line == clock => rises.push(ps * 15 / 100_000),
+            None => {}
+        }
+    }
+    assert_eq!(rises.len(), 160);
+    for byte in rises.chunks(8) {
+        let steps = byte.windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(
+            steps.clone().all(|cycles| (124..=126).contains(&cycles)),
+            "{byte:?}"
+        );
+    }
+    shell.ends(0, &[&board[..], &["one.vcd", "--vcd-pins", "18"]].concat());
+    let one = std::fs::read_to_string(shell.path("one.vcd")).expect("written");
+    assert_eq!(one.matches("$var wire 1 ").count(), 1);
+    let (_, err) = shell.ends(2, &["emulate", "firmware.elf", "--vcd", "no.vcd"]);
+    assert!(err.contains("--vcd needs a board"), "{err}");
+    let stm32 = [
+        "emulate",
+        "firmware.elf",
+        "--board",
+        "stm32f4",
+        "--vcd",
+        "no.vcd",
+    ];
+    let (_, err) = shell.ends(2, &stm32);
+    assert!(err.contains("a board with pins"), "{err}");
+}
+
 #[test]
 fn a_tick_that_cannot_be_served_in_time_fails_the_run() {
-    let Some(shell) = with_firmware("-O0") else {
+    let Some(shell) = with_firmware("-O0", "converter") else {
         return;
     };
     std::fs::write(shell.path("sense.bin"), vec![0; 20 * 50]).expect("writable");
@@ -103,7 +152,7 @@ fn a_tick_that_cannot_be_served_in_time_fails_the_run() {
 
 #[test]
 fn mistakes_about_boards_are_told() {
-    let Some(shell) = with_firmware("-O2") else {
+    let Some(shell) = with_firmware("-O2", "converter") else {
         return;
     };
     std::fs::write(shell.path("odd.bin"), [0; 7]).expect("writable");

@@ -66,13 +66,21 @@ impl Rewriter<'_> {
         self.sum_of(node)
     }
 
-    /// One over a chosen constant, as a chosen constant.
+    /// One over a choice of constants and values per key, as a choice of such.
     pub(super) fn chosen_reciprocal(&mut self, node: NodeId) -> Option<NodeId> {
         let Node::Select(c, a, b) = *self.dag.get(node) else {
             return None;
         };
-        let (a, b) = (self.constant_of(a)?, self.constant_of(b)?);
-        (a != 0.0 && b != 0.0).then(|| self.constants(c, 1.0 / a, 1.0 / b))
+        let (a, b) = (self.known_reciprocal(a)?, self.known_reciprocal(b)?);
+        Some(self.add(Node::Select(c, a, b)))
+    }
+
+    fn known_reciprocal(&mut self, node: NodeId) -> Option<NodeId> {
+        match self.constant_of(node) {
+            Some(0.0) => None,
+            Some(constant) => Some(self.add(Node::Const(Real(1.0 / constant + 0.0)))),
+            None => self.keyed_reciprocal(node),
+        }
     }
 
     /// `min` (or `max`) of a scaled differentiator and a constant: the scale moves out, what is

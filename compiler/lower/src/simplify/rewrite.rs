@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::curve::Curved;
+use super::keyed::PerKey;
 use super::{interval_of, linear::Sum};
 use whippen_ids::IdMap;
 use whippen_lang::model::dag::Real;
@@ -16,6 +17,7 @@ pub(super) struct Rewriter<'a> {
     /// How often each old node is used by what must be computed.
     uses: IdMap<NodeId, u32>,
     pub(super) dag: Dag,
+    pub(super) per_key: PerKey,
     intervals: IdMap<NodeId, Interval>,
     /// Whether a value depends on live parameters and constants alone.
     pub(super) common: IdMap<NodeId, bool>,
@@ -38,6 +40,7 @@ impl<'a> Rewriter<'a> {
             map: IdMap::filled(None, model.dag.len()),
             uses: count_uses(&model.dag, &roots),
             dag: Dag::default(),
+            per_key: PerKey::new(&model.keyed),
             intervals: IdMap::new(),
             common: IdMap::new(),
             spans: IdMap::new(),
@@ -49,10 +52,11 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    /// Puts the new graph into a model: its values, where they were written, and inside which
-    /// calls.
+    /// Puts the new graph into a model: its values, those per key among them, where they were
+    /// written, and inside which calls.
     pub fn finish_into(self, model: &mut Model) {
         model.dag = self.dag;
+        model.keyed = self.per_key.all;
         model.spans = self.spans;
         model.within = self.within;
     }
@@ -164,6 +168,14 @@ impl<'a> Rewriter<'a> {
                 Node::Const(Real(interval.low))
             });
         }
+        if let Some(keyed) = self.worked_out(&node, interval) {
+            return keyed;
+        }
+        self.add_within(node, interval, common)
+    }
+
+    /// A node whose interval is known, and whether it is the same for all keys.
+    pub(super) fn add_within(&mut self, node: Node, interval: Interval, common: bool) -> NodeId {
         let id = self.dag.add(node);
         if id == self.intervals.next_id() {
             self.intervals.push(interval);
@@ -211,15 +223,17 @@ impl<'a> Rewriter<'a> {
     pub(super) fn sum_of(&self, id: NodeId) -> Sum {
         match self.dag.get(id) {
             Node::Const(c) => Sum::constant(c.0),
-            Node::Linear(c0, terms) if !self.shared.contains(&id) => Sum {
-                constant: c0.0,
-                terms: terms.iter().map(|&(c, x)| (x, c.0)).collect(),
-            },
-            _ => Sum::value(id),
+            Node::Linear(c0, terms) if !self.shared.contains(&id) => {
+                terms.iter().fold(Sum::constant(c0.0), |sum, (c, x)| {
+                    sum.plus(&self.per_key.sum_of(*x).scaled(c.0))
+                })
+            }
+            _ => self.per_key.sum_of(id),
         }
     }
 
     pub(super) fn linear(&mut self, sum: Sum) -> NodeId {
+        let sum = self.with_keyed_together(sum);
         match sum.single() {
             Some((node, 1.0)) if sum.constant == 0.0 => node,
             None if sum.terms.is_empty() => self.add(Node::Const(Real(sum.constant + 0.0))),
@@ -255,8 +269,15 @@ impl<'a> Rewriter<'a> {
             return self.linear(sum);
         }
         let ((ca, a), (cb, b)) = (self.scaled(a), self.scaled(b));
+        let mut scale = ca * cb;
+        let mut factors = [a, b];
+        if let Some(keyed) = factors.iter_mut().find(|id| self.is_keyed(**id)) {
+            *keyed = self.linear(self.per_key.sum_of(*keyed).scaled(scale));
+            scale = 1.0;
+        }
+        let [a, b] = factors;
         let product = self.add(Node::Mul(a.min(b), a.max(b)));
-        self.linear(Sum::value(product).scaled(ca * cb))
+        self.linear(Sum::value(product).scaled(scale))
     }
 
     fn div(&mut self, a: NodeId, b: NodeId) -> NodeId {
@@ -264,7 +285,7 @@ impl<'a> Rewriter<'a> {
             let sum = self.sum_of(a).scaled(1.0 / c);
             return self.linear(sum);
         }
-        if let Some(reciprocal) = self.reciprocal(b) {
+        if let Some(reciprocal) = self.keyed_reciprocal(b).or_else(|| self.reciprocal(b)) {
             return self.mul(a, reciprocal);
         }
         if self.common[b] && !self.common[a] {

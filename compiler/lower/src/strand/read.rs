@@ -19,6 +19,10 @@ const COARSER: i32 = 32 - WEIGHT as i32;
 /// Bits of a displacement that is read.
 const DISPLACEMENT: i32 = 30;
 
+/// The sum of the squares of the weights as a cubic of `z = part (1 - part)`, from the third power
+/// on.
+const SPREAD: [f64; 4] = [-5.0 / 9.0, -29.0 / 18.0, -1.0, 1.0];
+
 /// A place on a string.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Place {
@@ -100,6 +104,17 @@ impl Lowerer<'_> {
         let both = self.b.op(Op::MulTop, &doubled)?;
         // A product of two parts of one.
         self.b.op(Op::Assume(0, 1 << (WEIGHT - 2)), &[both])
+    }
+
+    /// The sum of the squares of the weights at this part.
+    pub(super) fn spread(&mut self, part: Value) -> Result<Value, OpError> {
+        let both = self.part_and_rest(part)?;
+        let z = self.b.op(Op::Shl(2), &[both])?;
+        let [mut sum, rest @ ..] = self.constants(SPREAD)?;
+        for next in rest {
+            sum = self.b.op(Op::MacTop, &[next, z, sum])?;
+        }
+        Ok(sum)
     }
 
     /// `side (2 + z)/2`
@@ -331,5 +346,20 @@ impl Lowerer<'_> {
             },
         )?;
         Ok(results[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_spread_is_a_cubic() {
+        for step in 0..=100 {
+            let part = f64::from(step) / 100.0;
+            let z = part * (1.0 - part);
+            let found = SPREAD.into_iter().fold(0.0, |sum, next| sum * z + next);
+            assert!((found - Strand::spread(part)).abs() < 1e-15, "{part}");
+        }
     }
 }

@@ -68,7 +68,11 @@ impl Lowerer<'_> {
         // From the middle outwards nothing that is there saturates.
         for at in [1, 2, 0, 3] {
             let both = self.b.op(Op::AddSat, &[before[at], after[at]])?;
-            let weight = self.b.op(Op::Min, &[weights[at], most])?;
+            // The outer ones are never positive.
+            let weight = match at {
+                1 | 2 => self.b.op(Op::Min, &[weights[at], most])?,
+                _ => weights[at],
+            };
             let weight = self.b.op(Op::Shl(1), &[weight])?;
             let part = self.b.op(Op::MulTop, &[both, weight])?;
             sum = self.b.op(Op::AddSat, &[sum, part])?;
@@ -100,19 +104,14 @@ impl Lowerer<'_> {
     ) -> Result<Real, OpError> {
         let unit = exp2(-i32::from(WEIGHT));
         let place = self.place(id, place)?;
-        if let Place::Constant(_, part) = place {
-            let value = self.constant(format::quantize(Strand::spread(part), unit))?;
-            return Ok(Real::new(value, unit, unit));
-        }
-        let mut sum = self.constant(0)?;
-        let most = self.constant((1 << WEIGHT) - 1)?;
-        for weight in self.weights(place)? {
-            let weight = self.b.op(Op::Min, &[weight, most])?;
-            let weight = self.b.op(Op::Shl(1), &[weight])?;
-            let square = self.b.op(Op::MulTop, &[weight, weight])?;
-            // Intervals do not see that the weights add up to one.
-            sum = self.b.op(Op::AddSat, &[sum, square])?;
-        }
+        let part = match place {
+            Place::Constant(_, part) => {
+                let value = self.constant(format::quantize(Strand::spread(part), unit))?;
+                return Ok(Real::new(value, unit, unit));
+            }
+            Place::Computed { part, .. } => part,
+        };
+        let sum = self.spread(part)?;
         let ends = format::inside(Strand::SPREAD, unit);
         let value = self.clamped(sum, ends)?;
         Ok(Real::new(

@@ -82,6 +82,8 @@ pub(crate) struct Channel {
     reload: u32,
     control: u32,
     pub busy: bool,
+    /// Requests that came as pulses and have had no transfer.
+    pub credits: u32,
     /// The first cycle in which its pacing timer lets it go on.
     pub paced_from: u64,
 }
@@ -98,6 +100,7 @@ impl Channel {
             reload: 0,
             control,
             busy: false,
+            credits: 0,
             paced_from: 0,
         }
     }
@@ -138,6 +141,7 @@ impl Channel {
         if self.control & 1 != 0 && !self.busy && self.control & ERRORS == 0 {
             self.left = self.reload;
             self.busy = self.count() != 0;
+            self.credits = 0;
         }
     }
 

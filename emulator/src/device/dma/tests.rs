@@ -21,7 +21,13 @@ fn dma() -> (Dma, Bus) {
         )
     });
     (0..16).for_each(|i| bus.write(SOURCE + 4 * i, 4, 0x1111 * (i + 1), 0).unwrap());
-    (Dma::new(RP2350, uarts, Vec::new()), bus)
+    let requesters = Requesters {
+        uarts,
+        pios: Vec::new(),
+        // Nothing here: no ADC is asked.
+        adc: uarts[0],
+    };
+    (Dma::new(RP2350, requesters), bus)
 }
 
 fn write(dma: &mut (Dma, Bus), offset: u32, value: u32) {
