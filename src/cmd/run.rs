@@ -231,8 +231,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         args.hand
             .play(&compiled, &device, engine, &positions, recording)?
     } else {
-        let columns = session::recorded_of_motion(&compiled, &device, engine);
-        let recording = recording(columns)?;
+        let recording = recording(session::recorded_of_motion(&compiled, &device, engine))?;
         let run = play(&compiled, &device, engine, &positions, recording)?;
         (run, positions.notes.clone())
     };
