@@ -85,7 +85,7 @@ fn images(criterion: &mut Criterion) {
     criterion.bench_function("bound 88", |b| b.iter(bound));
     let key = device
         .port()
-        .key()
+        .key(compiled.model.rate_hz)
         .unwrap_or_else(|| panic!("the file says how its key moves"));
     criterion.bench_function("stability", |b| {
         b.iter(|| analyze(black_box(&compiled.model), &key))

@@ -143,6 +143,16 @@ impl Device {
         device
     }
 
+    /// The same with a port of it alone.
+    #[must_use]
+    pub fn with_port(&self, port: &Port) -> Device {
+        let ports = vec![port.clone()];
+        Device {
+            ports,
+            ..self.clone()
+        }
+    }
+
     /// Whether the [first port](Device::port) turns (rad, N*m); otherwise it slides (m, N).
     pub fn turns(&self) -> bool {
         self.port().turns()

@@ -27,6 +27,7 @@ pub mod files;
 pub mod fit;
 pub mod gesture;
 pub mod image;
+pub mod judged;
 pub mod keyboard;
 pub mod measure;
 pub mod measured_loop;

@@ -24,7 +24,7 @@ use whippen_compiler::rate::Rate;
 use whippen_compiler::stability::Hand;
 
 use crate::coil::{Coil, STEPS, steps};
-use crate::device::{Device, Mechanics};
+use crate::device::{Mechanics, Port};
 use crate::trajectory::Trajectory;
 
 /// What acts on the key besides the drive.
@@ -93,10 +93,10 @@ pub struct Plant {
 
 impl Plant {
     /// A key at rest at a place; `None` if the device does not say how its key moves.
-    pub fn new(device: &Device, rate_hz: Rate, player: Player, x: f64) -> Option<Plant> {
-        let mechanics = device.port().mechanics?;
+    pub fn new(port: &Port, rate_hz: Rate, player: Player, x: f64) -> Option<Plant> {
+        let mechanics = port.mechanics?;
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
-        let late = steps(device.sensor().delay_samples);
+        let late = steps(port.sensor.delay_samples);
         let wanted = match &player {
             Player::Force(force) => (force.get(0).unwrap_or(0.0), 0.0),
             Player::Hand { target, .. } => (target.at(0), target.at(1)),
@@ -106,7 +106,7 @@ impl Plant {
             player,
             wanted,
             step_s,
-            coil: Coil::new(device.drive(), rate_hz),
+            coil: Coil::new(port.drive(), rate_hz),
             x,
             v: 0.0,
             force: 0.0,
@@ -120,12 +120,12 @@ impl Plant {
     /// A key that is at rest at a place under a force of the drive (N, up) and as much of somebody
     /// else (down), in a hand that wants it there; then it is pushed, to move with `speed` (m/s).
     pub fn balanced(
-        device: &Device,
+        port: &Port,
         rate_hz: Rate,
         player: Player,
         (x, force, speed): (f64, f64, f64),
     ) -> Option<Plant> {
-        let rest = Plant::new(device, rate_hz, player, x)?;
+        let rest = Plant::new(port, rate_hz, player, x)?;
         Some(Plant {
             force,
             coil: rest.coil.clone().holding(force),
@@ -136,7 +136,7 @@ impl Plant {
     }
 
     /// What the sensor measures in this tick (m), late as it is; the converter is
-    /// [`Device::word_of_position`].
+    /// [`Port::word`].
     pub fn sensed(&self) -> f64 {
         self.seen.front().copied().unwrap_or(self.x)
     }
@@ -258,6 +258,7 @@ impl Plant {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::Device;
 
     const RATE_HZ: u32 = 44_100;
 
@@ -280,7 +281,8 @@ mod tests {
         word: i16,
         ticks: usize,
     ) -> (f64, f64, Energy) {
-        let mut plant = Plant::new(device, RATE_HZ.into(), player, x).expect("it has mechanics");
+        let mut plant =
+            Plant::new(device.port(), RATE_HZ.into(), player, x).expect("it has mechanics");
         (0..ticks).for_each(|_| plant.tick(word));
         (plant.position(), plant.speed(), plant.energy)
     }
@@ -317,7 +319,7 @@ mod tests {
         let drive = fast.ports[0].drive.as_mut().expect("a key is driven");
         drive.bandwidth_hz = None;
         let mut plant =
-            Plant::new(&fast, RATE_HZ.into(), Player::nobody(), 5e-3).expect("mechanics");
+            Plant::new(fast.port(), RATE_HZ.into(), Player::nobody(), 5e-3).expect("mechanics");
         plant.tick(1024);
         assert_eq!(plant.position(), 5e-3, "one sample late");
         plant.tick(1024);

@@ -18,11 +18,10 @@ use std::f64::consts::TAU;
 use whippen_compiler::diag::Diagnostic;
 use whippen_compiler::ideal::Ideal;
 use whippen_compiler::model::Model;
-use whippen_compiler::stability::{
-    self, Hand, Oscillation, PerHand, Place, Seen, Stability, Trial,
-};
+use whippen_compiler::stability::{self, Hand, Oscillation, PerHand, Place, Seen, Trial};
 
 use crate::device::Device;
+use crate::judged::{JudgedPort, judge};
 use crate::plant::{Plant, Player};
 
 /// Positions within a place that are tried, as parts of it.
@@ -77,20 +76,20 @@ const WORK_MAX: u64 = 150_000_000;
 /// What a tick costs besides the program's values: plant and converters, in values.
 const WORK_OF_PLANT: u64 = 100;
 
-/// What is said of the loop of an instrument on a device, tried out where it is not proven stable;
-/// nothing where the device does not say how its key moves.
+/// What is said of the loops of an instrument on a device, tried out where they are not proven
+/// stable; nothing where the device does not say how its ports move.
 pub fn warnings(model: &Model, device: &Device) -> Vec<Diagnostic> {
-    let found = device
-        .port()
-        .key()
-        .and_then(|key| stability::analyze(model, &key));
-    found.map_or_else(Vec::new, |found| warnings_of(model, device, &found))
+    let ports = judge(model, device, None);
+    ports.iter().flat_map(warnings_of).collect()
 }
 
-/// The same of what the analysis has found.
-pub fn warnings_of(model: &Model, device: &Device, found: &Stability) -> Vec<Diagnostic> {
-    let mut bench = Bench::new(model, device);
-    stability::warnings(model, found, &mut |trial| bench.see(trial))
+/// The same of what the analysis has found of one port.
+pub fn warnings_of(port: &JudgedPort) -> Vec<Diagnostic> {
+    let Ok(found) = &port.found else {
+        return Vec::new();
+    };
+    let mut bench = Bench::new(&port.model, &port.device);
+    stability::warnings(&port.model, found, &mut |trial| bench.see(trial))
 }
 
 /// Runs trials of one instrument on one device, as long as there is work left.
@@ -169,7 +168,8 @@ impl<'a> Bench<'a> {
     /// Takes what some ticks cost; false where nothing is left.
     fn spend(&mut self, ticks: usize) -> bool {
         let windows: u64 = self.model.senses.iter().map(|s| u64::from(s.window)).sum();
-        let tick = self.model.dag.len() as u64 + windows + WORK_OF_PLANT;
+        let points: u64 = self.model.strands.iter().map(|s| u64::from(s.parts)).sum();
+        let tick = self.model.dag.len() as u64 + windows + points + WORK_OF_PLANT;
         let cost = ticks as u64 * tick;
         let enough = cost <= self.work;
         self.work = if enough { self.work - cost } else { 0 };
@@ -302,9 +302,11 @@ impl<'a> Bench<'a> {
         let part = (((REST.0 / hz).max(REST.1) * rate_hz) as usize).max(1);
         let still = WORDS_AT_REST * self.device.port().scales().sensor_lsb;
         let (mut ideal, scales) = (ideal.clone(), self.device.port().scales());
-        let mut plant = Plant::balanced(self.device, self.model.rate_hz, player, start)?;
+        let mut plant = Plant::balanced(self.device.port(), self.model.rate_hz, player, start)?;
         let mut words = vec![0; self.model.senses.len()];
         let mut positions = Vec::with_capacity(ticks);
+        let updates = self.device.sensor().update_hz.map(|hz| hz / rate_hz);
+        let mut read = None;
         let mut least = still;
         for tick in 0..ticks {
             if tick % part == 0 {
@@ -316,7 +318,11 @@ impl<'a> Bench<'a> {
                     least = still.max(PART_AT_REST * (high - low));
                 }
             }
-            words.fill(self.device.word_of_position(plant.sensed()).0);
+            // A sensor that is read less often holds what it has read.
+            let update = updates.map_or(tick, |updates| (tick as f64 * updates.min(1.0)) as usize);
+            if read.replace(update) != Some(update) {
+                words.fill(self.device.word_of_position(plant.sensed()).0);
+            }
             ideal.tick(&words);
             positions.push(plant.position());
             let word = (ideal.force_n(0) / scales.drive_lsb).round();

@@ -11,6 +11,7 @@ use whippen_compiler::model::Model;
 use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::device::Device;
+use whippen_runtime::judged::{JudgedPort, judge};
 use whippen_runtime::ringing;
 
 use super::load::{self, Form};
@@ -89,7 +90,8 @@ fn once(args: &Args) -> Outcome {
             }
             Err(other) => return Err(other),
         };
-        let rings = ringing::warnings(&model, &device);
+        let ports = judge(&model, &device, None);
+        let rings: Vec<_> = ports.iter().flat_map(ringing::warnings_of).collect();
         load::report(form, &map, &rings, Severity::Note);
         if args.json {
             args.numbers
@@ -97,7 +99,7 @@ fn once(args: &Args) -> Outcome {
         } else if args.numbers {
             say::whole(&numbers::report(&compiled, &device).to_string());
         } else {
-            say!("{name}: ok{}", unjudged(&model));
+            say!("{name}: ok{}", unjudged(&model, &ports));
             for line in strings::report(&compiled, &device) {
                 say!("{line}");
             }
@@ -117,13 +119,15 @@ fn found_right(keyboard: &Keyboard) {
     say!("{}: ok ({keys} at {} Hz)", keyboard.name, keyboard.rate_hz);
 }
 
-/// That nothing is said of the loop of an instrument, if that is so.
-fn unjudged(model: &Model) -> &'static str {
-    if model.is_of_key() {
-        ""
-    } else {
-        " (its stability is not judged: that is of a key's one port)"
+/// That nothing is said of loops of an instrument with several ports, if that is so.
+fn unjudged(model: &Model, ports: &[JudgedPort]) -> String {
+    let unknown = ports.iter().filter(|port| port.found.is_err());
+    let names: Vec<&str> = unknown.map(|port| port.port.as_str()).collect();
+    if model.is_of_key() || names.is_empty() {
+        return String::new();
     }
+    let names = names.join("`, `");
+    format!(" (the stability of `{names}` is not judged: `whippen budget` says why)")
 }
 
 /// The devices that instruments are checked for.

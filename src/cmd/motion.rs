@@ -100,6 +100,11 @@ fn ticks_of(places: &[Trajectory]) -> usize {
 }
 
 impl MotionArgs {
+    /// Whether a recording is played.
+    pub fn is_recorded(&self) -> bool {
+        self.motion.is_some()
+    }
+
     /// Reads the recording, or makes the bundled gesture.
     pub fn load(&self, model: &Model) -> Result<Positions, Failure> {
         if self.rest.is_some() != self.full.is_some() {

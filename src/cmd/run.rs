@@ -11,6 +11,7 @@ use whippen_compiler::rate::Rate;
 use clap::ValueHint;
 use whippen_compiler::check::{Options, Program};
 use whippen_compiler::diag::Severity;
+use whippen_compiler::model::Model;
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::source::SourceMap;
 use whippen_runtime::compare::compare;
@@ -202,7 +203,7 @@ struct Checked<'a> {
 /// Runs one key.
 fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     let (program, engine) = (checked.program, checked.engine);
-    let model = load::one_key(program, name, args.keys.key)?;
+    let model = moved_once(args, load::one_key(program, name, args.keys.key)?)?;
     let device = args.device.as_deref();
     let device = args.with_noise(load::device(device, checked.map, program, &model)?)?;
     for note in device::unmeasured(&device, &model) {
@@ -259,6 +260,15 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     } else {
         Ok(())
     }
+}
+
+/// A key that a force moves follows no recording.
+fn moved_once(args: &Args, model: Model) -> Result<Model, Failure> {
+    if model.is_of_key() && args.hand.files().next().is_some() && args.motion.is_recorded() {
+        let why = "--force alone moves the key; leave --motion away";
+        return Err(Failure::Usage(why.to_string()));
+    }
+    Ok(model)
 }
 
 /// Whether a run came to its end: ticks that were played, and that were wanted.

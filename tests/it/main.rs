@@ -28,6 +28,7 @@ mod keyboard;
 mod language;
 mod library;
 mod limits;
+mod loops;
 mod lsp;
 mod measure;
 mod messages;

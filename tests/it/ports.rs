@@ -100,7 +100,12 @@ fn what_needs_one_port_is_refused() {
         &run(&["--travel", "4mm"]),
         &["--travel is for a key", "`x`, `y`"],
     );
-    shell.refuses(2, &run(&["--hand", "0.2kg,3N*s/m,500N/m"]), &["one port"]);
+    let hand = "0.2kg,3N*s/m,500N/m";
+    shell.refuses(
+        2,
+        &run(&["--hand", hand]),
+        &["act on `x`, `y`; name one, such as --hand x=.."],
+    );
     shell.refuses(
         2,
         &run(&["--device", "mikey"]),

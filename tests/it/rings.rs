@@ -49,8 +49,11 @@ fn codes(text: &str) -> Vec<&'static str> {
 fn seen(text: &str) -> Vec<Oscillation> {
     let (model, mut found) = (models(text).remove(0), Vec::new());
     let device = Device::of(&model);
-    let stability =
-        stability::analyze(&model, &device.port().key().expect("mechanics")).expect("bounded");
+    let stability = stability::analyze(
+        &model,
+        &device.port().key(44_100.into()).expect("mechanics"),
+    )
+    .expect("bounded");
     let mut bench = Bench::new(&model, &device);
     let all = stability::warnings(&model, &stability, &mut |trial| {
         let seen = bench.see(trial);
@@ -82,7 +85,7 @@ fn run(text: &str, o: &Oscillation) -> Vec<f64> {
     };
     let ticks = (seconds * RATE_HZ) as usize;
     // The push, over a few ticks.
-    let mass = device.port().key().expect("mechanics").mass + o.hand.mass;
+    let mass = device.port().key(44_100.into()).expect("mechanics").mass + o.hand.mass;
     let push = |tick: usize| {
         let struck = if tick < 4 { RATE_HZ / 4.0 } else { 0.0 };
         mass * o.push * struck
@@ -190,7 +193,7 @@ fn the_pole_is_that_of_the_program_and_not_of_its_border() {
             &format!("force spring = {stiffness} N/m * (x - 5 mm)"),
         );
         let compiled = common::compiled("probe.whip", &text, &[]).remove(0);
-        let key = device.port().key().expect("mechanics");
+        let key = device.port().key(44_100.into()).expect("mechanics");
         let found = stability::analyze(&compiled.model, &key).expect("bounded");
         let worst = found.modes[0].worst;
         assert_eq!(worst.hand, Hand::FREE);

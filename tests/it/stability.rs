@@ -36,7 +36,11 @@ fn device(friction: bool) -> Device {
 }
 
 fn borders(device: &Device) -> Borders {
-    Borders::new(&device.port().key().expect("mechanics"), RATE_HZ, WINDOW)
+    Borders::new(
+        &device.port().key(44_100.into()).expect("mechanics"),
+        RATE_HZ,
+        WINDOW,
+    )
 }
 
 fn spring(stiffness: f64, damping: f64) -> Compiled {
@@ -139,7 +143,7 @@ fn what_is_passive_is_stable_and_keeps_what_it_gets() {
         88_200,
         |_| (),
     );
-    let strokes = closed.expect("it runs").strokes;
+    let strokes = closed.expect("it runs").loops.remove(0).strokes;
     assert!(
         strokes.count > 0 && strokes.first.iter().all(|s| s.energy.kept_j() > 0.0),
         "{strokes:?}"
@@ -151,7 +155,7 @@ fn what_is_passive_is_stable_and_keeps_what_it_gets() {
 #[test]
 fn the_analysis_of_a_program_agrees_with_the_map() {
     let device = device(true);
-    let key = device.port().key().expect("mechanics");
+    let key = device.port().key(44_100.into()).expect("mechanics");
     let borders = borders(&device);
     let least = |damping: f64| {
         hands(false)
@@ -221,7 +225,7 @@ fn stages_of_a_drive_are_in_the_margin() {
 #[test]
 fn a_hammer_in_contact_is_part_of_the_loop() {
     let device = device(false);
-    let key = device.port().key().expect("mechanics");
+    let key = device.port().key(44_100.into()).expect("mechanics");
     let hammer = |loss: f64| {
         let text = format!(
             "instrument action {{\n    sense x: length in -0.5 mm .. 10.5 mm over 0.7 ms\n    let squeeze = x - phi * 20 mm\n    \
@@ -252,8 +256,11 @@ fn verdicts_on_the_bundled_instruments() {
     let mut told = String::new();
     for compiled in common::of_keys() {
         let device = Device::of(&compiled.model);
-        let found =
-            analyze(&compiled.model, &device.port().key().expect("mechanics")).expect("bounded");
+        let found = analyze(
+            &compiled.model,
+            &device.port().key(44_100.into()).expect("mechanics"),
+        )
+        .expect("bounded");
         told += &format!(
             "{}: {} modes, {}, factor {:.2} at {:.0} Hz, passive with {:.3}\n",
             compiled.model.name,

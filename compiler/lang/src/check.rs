@@ -83,8 +83,6 @@ use whippen_keyboard::Layout;
 use whippen_rate::{DENOMINATOR_MAX, HZ_MAX, Rate};
 use whippen_source::Span;
 
-/// The highest rate (Hz) of ticks: more is no keyboard, whose converters take longer.
-
 /// A rate of ticks, if it is one: from 1 to [`HZ_MAX`] Hz, whole or a fraction.
 ///
 /// # Errors

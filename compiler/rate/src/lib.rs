@@ -12,7 +12,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// Most ticks per second.
+/// Most ticks per second (Hz): more is no keyboard, whose converters take longer.
 pub const HZ_MAX: u32 = 1_000_000;
 
 /// A rate that was read from a number of hertz has no larger denominator.
@@ -144,12 +144,12 @@ impl From<Rate> for f64 {
 /// `750000/17`; with `{:#}` it is `44117.647 (750000/17)`.
 impl fmt::Display for Rate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if f.alternate() && self.seconds != 1 {
-            return write!(f, "{:.3} ({self})", self.hz());
-        }
-        match self.seconds {
-            1 => write!(f, "{}", self.ticks),
-            seconds => write!(f, "{}/{seconds}", self.ticks),
+        match self.fraction() {
+            [whole, 1] => write!(f, "{whole}"),
+            [ticks, seconds] if f.alternate() => {
+                write!(f, "{:.3} ({ticks}/{seconds})", self.hz())
+            }
+            [ticks, seconds] => write!(f, "{ticks}/{seconds}"),
         }
     }
 }

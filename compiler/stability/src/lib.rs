@@ -14,6 +14,8 @@
 //! as if the key stayed in it; the jumps between pieces are the program's meaning (a pluck gives
 //! way) and are judged by simulation alone.
 //!
+//! Of an instrument with several ports each loop is judged by itself (`port`).
+//!
 //! Not here: the device file (runtime), motion and heat, words for the terminal.
 
 mod advice;
@@ -29,6 +31,7 @@ mod passive;
 mod pieces;
 mod place;
 mod pole;
+mod port;
 mod response;
 mod statics;
 mod trial;
@@ -42,6 +45,7 @@ pub use margin::GROWTH_PER_S;
 pub use modes::{Mode, Stability, analyze, analyze_law};
 pub use pieces::Law;
 pub use place::Place;
+pub use port::of_port;
 pub use statics::{Static, static_force, static_force_of, too_strong};
 pub use trial::{Oscillation, Seen, Trial};
 pub use warning::warnings;

@@ -57,6 +57,8 @@ impl Mode {
 /// The stability budget of one instrument on one device.
 #[derive(Debug, Clone)]
 pub struct Stability {
+    /// The port whose loop it is, where an instrument has several.
+    pub port: Option<String>,
     /// The device's loop.
     pub key: Key,
     /// Ticks per second.
@@ -170,6 +172,7 @@ pub fn analyze_law(law: &Law, key: &Key) -> Option<Stability> {
     let steps = most(&Differentiator::steps);
     let alone = modes.iter().all(|mode| mode.coupled == 0);
     Some(Stability {
+        port: None,
         key: *key,
         rate_hz: loops.rate_hz,
         largest,

@@ -57,8 +57,10 @@ pub fn warnings(
 
 /// Of an instrument with too many choices.
 fn undecided(model: &Model, stability: &Stability) -> Diagnostic {
+    let at = stability.port.as_ref();
+    let at = at.map_or(String::new(), |port| format!(" at the port `{port}`"));
     let message = format!(
-        "whether `{}` is stable is not decided: its choices make more cases than are looked at",
+        "whether `{}`{at} is stable is not decided: its choices make more cases than are looked at",
         model.name
     );
     let label = match (stability.modes.len(), stability.is_stable_where_decided()) {
@@ -144,7 +146,7 @@ fn told(
     let (code, message, hint) = match seen {
         Seen::Rings(o) => {
             let (hz, amplitude) = (frequency(o.hz), shown(rounded(o.amplitude), travel(model)));
-            let (hand, moved) = (held_by(model, stability, o.hand), moved(model));
+            let (hand, moved) = (held_by(model, stability, o.hand), moved(model, stability));
             let grows = if o.grows { " and more" } else { "" };
             let message = format!(
                 "the {what} `{name}` makes the {moved} ring, at {hz} by {amplitude}{grows} {hand}"
@@ -297,7 +299,7 @@ fn restless(
             format!(
                 "a body of `{}` makes the {} ring, at {} by {}",
                 model.name,
-                moved(model),
+                moved(model, stability),
                 frequency(o.hz),
                 shown(rounded(o.amplitude), travel(model))
             ),
@@ -316,8 +318,13 @@ fn restless(
     Some(explained(code, diagnostic))
 }
 
-fn moved(model: &Model) -> &'static str {
-    if model.turns() { "knob" } else { "key" }
+/// What the loop is closed around.
+fn moved(model: &Model, stability: &Stability) -> String {
+    match &stability.port {
+        Some(port) => format!("port `{port}`"),
+        None if model.turns() => "knob".to_string(),
+        None => "key".to_string(),
+    }
 }
 
 /// Three digits.
@@ -361,7 +368,7 @@ fn held_by(model: &Model, stability: &Stability, hand: Hand) -> String {
     if hand == Hand::FREE {
         return format!(
             "when nobody holds the {} of {}",
-            moved(model),
+            moved(model, stability),
             shown(stability.key.mass, mass(model))
         );
     }

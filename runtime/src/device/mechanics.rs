@@ -1,5 +1,6 @@
 //! What moves: the key or the knob by itself, without any force of the drive.
 
+use whippen_compiler::rate::Rate;
 use whippen_compiler::stability::Key;
 use whippen_compiler::units::Dim;
 
@@ -84,8 +85,13 @@ impl Mechanics {
 }
 
 impl Port {
-    /// The loop around a program, if the device says how what is driven moves.
-    pub fn key(&self) -> Option<Key> {
+    /// The loop around a program at a tick rate, if the device says how what is driven moves. A
+    /// sensor that is read less often than there are ticks is taken as late by all of the time
+    /// between two readings: so old a reading gets.
+    pub fn key(&self, rate_hz: Rate) -> Option<Key> {
+        let ticks = |hz: f64| f64::from(rate_hz) / hz;
+        let held_ticks = self.sensor.update_hz.map_or(0.0, ticks);
+        let held_ticks = if held_ticks > 1.0 { held_ticks } else { 0.0 };
         let Mechanics {
             mass,
             damping,
@@ -96,7 +102,7 @@ impl Port {
             mass,
             damping,
             friction,
-            delay_ticks: self.sensor.delay_samples + self.drive().delay_samples,
+            delay_ticks: self.sensor.delay_samples + held_ticks + self.drive().delay_samples,
             bandwidth_hz: self.drive().bandwidth_hz,
             lag_hz: self.drive().lag_hz(),
             mode: self.drive().mode,

@@ -48,7 +48,17 @@ pub fn budget_page(budgets: &[Value], command: &str) -> String {
             escape(&name(budget))
         );
         time(&mut out, budget);
-        stability(&mut out, &budget["stability"]);
+        let stability = &budget["stability"];
+        match stability
+            .as_object()
+            .filter(|_| stability["verdict"].is_null())
+        {
+            // Of an instrument with several ports.
+            Some(ports) => ports.iter().for_each(|(port, found)| {
+                of_loop(&mut out, &format!("Stability of {port}"), found)
+            }),
+            None => of_loop(&mut out, "Stability", stability),
+        }
         motor(&mut out, &budget["motor"]);
         numbers(&mut out, &budget["numbers"]);
         out.push_str("</section>\n");
@@ -191,14 +201,11 @@ fn bar_chart(out: &mut String, title: &str, bars: &[(f64, String)], most: f64, l
     out.push_str("</svg>\n");
 }
 
-fn stability(out: &mut String, found: &Value) {
+fn of_loop(out: &mut String, title: &str, found: &Value) {
     if found.is_null() {
-        return verdict(
-            out,
-            "Stability",
-            true,
-            "Not judged: the device does not say how its key moves.",
-        );
+        let why = "Not judged: the device does not say how it moves, \
+                   or a force depends on a friction or a string.";
+        return verdict(out, title, true, why);
     }
     let word = text(&found["verdict"]);
     let words = format!(
@@ -209,7 +216,7 @@ fn stability(out: &mut String, found: &Value) {
         short(number(&found["damping_needed"])),
         short(number(&found["key"]["damping"]))
     );
-    verdict(out, "Stability", word != "rings", &words);
+    verdict(out, title, word != "rings", &words);
     if !found["map"].is_null() {
         stability_map(out, found);
     }

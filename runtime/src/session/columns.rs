@@ -150,12 +150,13 @@ pub fn roles(compiled: &Compiled) -> Roles {
             .next()
             .unwrap_or_default()
     };
-    let drives = model.drives();
-    let is_first = |force: u32| drives.first() == Some(&model.forces[force as usize].port);
-    // The first port has panels of its own; the others follow, by unit.
+    // The first port that is driven has panels of its own, with the forces that act on it; the
+    // others follow, by unit.
+    let main = model.drives().first().copied().unwrap_or(0);
+    let is_first = |force: u32| model.forces[force as usize].port == main;
     let senses = titles(
         compiled,
-        &|kind| matches!(kind, ExportKind::Sense(s) if s > 0),
+        &|kind| matches!(kind, ExportKind::Sense(s) if s as usize != main),
     );
     let others = titles(compiled, &|kind| match kind {
         ExportKind::Force(force) => !is_first(force),
@@ -168,7 +169,7 @@ pub fn roles(compiled: &Compiled) -> Roles {
     let total = (!model.forces.is_empty()).then(|| first(ExportKind::Total(0)));
     Roles {
         title: model.name.replace('_', " "),
-        travel: first(ExportKind::Sense(0)),
+        travel: first(ExportKind::Sense(main as u32)),
         forces: titles(
             compiled,
             &|kind| matches!(kind, ExportKind::Force(f) if is_first(f)),

@@ -11,6 +11,7 @@ use whippen_compiler::parallel;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::stability::Law;
 use whippen_runtime::device::Device;
+use whippen_runtime::judged::{JudgedPort, judge};
 
 use super::motor::MotorBudget;
 use super::numbers::NumbersBudget;
@@ -41,7 +42,8 @@ impl BeyondArgs {
 /// The budgets of one instrument on one device.
 pub struct Beyond {
     numbers: NumbersBudget,
-    stability: Option<StabilityBudget>,
+    /// Of each port that is driven; nothing where the device does not say how it moves, and so on.
+    stability: Vec<(JudgedPort, Option<StabilityBudget>)>,
     motor: Option<MotorBudget>,
     warnings: Vec<Diagnostic>,
 }
@@ -57,7 +59,8 @@ impl Beyond {
         device: &Device,
         args: &BeyondArgs,
     ) -> Result<Beyond, Failure> {
-        let law = Law::of(model);
+        // That of a key tells of its motor, too.
+        let law = model.is_of_key().then(|| Law::of(model)).flatten();
         let (found, stability) = parallel::both(
             || {
                 let compiled = load::compiled_silently(map, model.clone(), device)?;
@@ -66,13 +69,20 @@ impl Beyond {
                     NumbersBudget::find(&compiled),
                 ))
             },
-            || StabilityBudget::find(model, law.as_ref()?, device),
+            || {
+                let judged = judge(model, device, law.as_ref()).into_iter();
+                let budget = |port: JudgedPort| {
+                    let budget = StabilityBudget::of(&port);
+                    (port, budget)
+                };
+                judged.map(budget).collect::<Vec<_>>()
+            },
         );
         let (motor, numbers) = found?;
-        let mut warnings = stability
-            .as_ref()
-            .map(|s| s.warnings().to_vec())
-            .unwrap_or_default();
+        let budgets = stability.iter().filter_map(|(_, budget)| budget.as_ref());
+        let mut warnings: Vec<Diagnostic> = budgets
+            .flat_map(|budget| budget.warnings().to_vec())
+            .collect();
         warnings.extend(motor.as_ref().and_then(|m| m.warning(model)));
         warnings.sort_by_key(|d| (d.span, d.code));
         Ok(Beyond {
@@ -90,23 +100,25 @@ impl Beyond {
 
     /// For people.
     pub fn text(&self, device: &Device) -> String {
-        let absent = |what: &str, table: &str| {
-            format!(
-                "{what}: not judged, as the device `{}` has no `[{table}]`\n",
-                device.name
-            )
+        let of_port = |(port, budget): &(JudgedPort, Option<StabilityBudget>)| {
+            let at = match &*port.port {
+                "" => String::new(),
+                name => format!(" of `{name}`"),
+            };
+            let why = port.found.as_ref().err().map_or("", String::as_str);
+            let not = || format!("stability{at}: not judged, as {why}\n");
+            budget.as_ref().map_or_else(not, StabilityBudget::text)
         };
-        let stability = self
-            .stability
-            .as_ref()
-            .map_or_else(|| absent("stability", "mechanics"), StabilityBudget::text);
+        let stability: String = self.stability.iter().map(of_port).collect();
         let has_ports = !device.port().name.is_empty();
         let without = || {
             if has_ports {
                 return "motor: not judged, which is of a key's only motor\n".to_string();
             }
-            absent("motor", "motor")
-                + "  an image with any motor takes the cycles above; `build` makes none without\n"
+            format!(
+                "motor: not judged, as the device `{}` has no `[motor]`\n",
+                device.name
+            ) + "  an image with any motor takes the cycles above; `build` makes none without\n"
         };
         let motor = self.motor.as_ref().map_or_else(without, MotorBudget::text);
         self.numbers.text() + &stability + &motor
@@ -114,7 +126,9 @@ impl Beyond {
 
     /// Adds the map of borders, which only a page shows, to the field `stability`.
     pub fn add_map_to(&self, model: &Model, budget: &mut Value) {
-        if let Some(stability) = &self.stability {
+        if let [(_, Some(stability))] = &self.stability[..]
+            && model.is_of_key()
+        {
             budget["stability"]["map"] = stability.map(model);
         }
     }
@@ -122,10 +136,19 @@ impl Beyond {
     /// Adds the fields `numbers`, `stability`, `motor` and `warnings` to an object.
     pub fn add_to(&self, map: &SourceMap, budget: &mut Value) {
         budget["numbers"] = self.numbers.json();
-        budget["stability"] = self
-            .stability
-            .as_ref()
-            .map_or(Value::Null, StabilityBudget::json);
+        let of_port = |budget: &Option<StabilityBudget>| {
+            let budget = budget.as_ref();
+            budget.map_or(Value::Null, StabilityBudget::json)
+        };
+        budget["stability"] = match &self.stability[..] {
+            [(port, only)] if port.port.is_empty() => of_port(only),
+            ports => {
+                let named = ports
+                    .iter()
+                    .map(|(port, own)| (port.port.clone(), of_port(own)));
+                Value::Object(named.collect())
+            }
+        };
         budget["motor"] = self.motor.as_ref().map_or(Value::Null, MotorBudget::json);
         budget["warnings"] = self
             .warnings

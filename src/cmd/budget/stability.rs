@@ -5,8 +5,8 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 use whippen_compiler::diag::{Code, Diagnostic};
 use whippen_compiler::model::{Interval, Model};
-use whippen_compiler::stability::{self, Borders, Hand, Law, Mode, Stability};
-use whippen_runtime::device::Device;
+use whippen_compiler::stability::{self, Borders, Hand, Mode, Stability};
+use whippen_runtime::judged::JudgedPort;
 use whippen_runtime::ringing;
 
 /// So many modes are listed.
@@ -21,14 +21,12 @@ pub struct StabilityBudget {
 }
 
 impl StabilityBudget {
-    /// `None` if the device does not say how its key moves.
-    pub fn find(model: &Model, law: &Law, device: &Device) -> Option<StabilityBudget> {
-        let (found, turns) = (
-            stability::analyze_law(law, &device.port().key()?)?,
-            law.turns(),
-        );
+    /// `None` if nothing is known of the port.
+    pub fn of(port: &JudgedPort) -> Option<StabilityBudget> {
+        let found = port.found.as_ref().ok()?.clone();
+        let turns = port.model.turns();
         Some(StabilityBudget {
-            warnings: ringing::warnings_of(model, device, &found),
+            warnings: ringing::warnings_of(port),
             found,
             hands: stability::hands(turns).len() - 1,
             turns,
@@ -72,7 +70,9 @@ impl StabilityBudget {
     }
 
     pub fn text(&self) -> String {
-        let mut out = format!("stability: {}\n", self.verdict_in_words());
+        let at = self.found.port.as_ref();
+        let at = at.map_or(String::new(), |port| format!(" of `{port}`"));
+        let mut out = format!("stability{at}: {}\n", self.verdict_in_words());
         if !self.found.modes.is_empty() {
             self.add_damping(&mut out);
         }

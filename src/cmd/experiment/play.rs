@@ -215,7 +215,7 @@ fn ready(
     let compiled = load::compiled(&map, model, &device, true)?;
     let columns = match experiment.mover {
         Mover::Motion => session::recorded(&compiled, &device, kind, &[]),
-        _ => closed::recorded(&compiled, &device, kind),
+        _ => closed::recorded(&compiled, &device, kind, &[0]),
     };
     Ok(Ready {
         compiled,
@@ -253,7 +253,9 @@ fn moved(
             (Player::Hand { hand, target: way }, start_m)
         }
     };
-    let closed = closed::record(compiled, device, kind, player, ticks, recording, at);
+    let (player, start_m) = player;
+    let movers = vec![closed::PortMover::Loop { player, start_m }];
+    let closed = closed::record(compiled, device, kind, (movers, ticks), recording, at);
     progress.done();
     closed
         .map(|closed| closed.run)

@@ -130,9 +130,15 @@ fn a_key_moves_as_its_mechanics_say() {
         stops: Some(stops),
     };
     assert_eq!(device.port().mechanics, Some(mechanics));
-    assert_eq!(device.port().key().map(|key| key.delay_ticks), Some(12.5));
     assert_eq!(
-        read(Path::new("test.toml"), GOOD).unwrap().port().key(),
+        device.port().key(44_100.into()).map(|key| key.delay_ticks),
+        Some(12.5)
+    );
+    assert_eq!(
+        read(Path::new("test.toml"), GOOD)
+            .unwrap()
+            .port()
+            .key(44_100.into()),
         None
     );
 }
