@@ -15,7 +15,9 @@ fn every_preset_fits_what_it_is_for() {
         ("pentatonic", "rubbed-mouse.whip"),
     ] {
         let (out, err) = shell.ends(0, &["check", &bundled(file), "--preset", preset]);
-        assert!(out.contains(": ok") && err.is_empty(), "{out}{err}");
+        // Notes are of the instrument, whatever the preset.
+        let is_fit = out.contains(": ok") && !err.contains("Error:") && !err.contains("Warning:");
+        assert!(is_fit, "{out}{err}");
     }
 }
 

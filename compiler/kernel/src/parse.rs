@@ -384,6 +384,18 @@ kernel \"two words\" @44100 {
     }
 
     #[test]
+    fn a_rate_may_be_a_fraction_and_is_not_0() {
+        let text = EVERYTHING.replace("@44100 {", "@750000/17 {");
+        let kernel = parse(&text).expect("parses");
+        assert_eq!(kernel.rate_hz.fraction(), [750_000, 17]);
+        assert_eq!(kernel.to_string(), text);
+        for rate in ["@0 {", "@1/0 {"] {
+            let error = parse(&EVERYTHING.replace("@44100 {", rate)).expect_err(rate);
+            assert!(error.message.contains("a rate of 0"), "{error}");
+        }
+    }
+
+    #[test]
     fn origins_are_written_where_they_are_asked_for() {
         let text = EVERYTHING
             .replace("sar v4 1", "sar v4 1 @7")

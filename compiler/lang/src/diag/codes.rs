@@ -152,7 +152,7 @@ codes! {
     UnknownNote         "WH0603" Error "a note that does not exist";
     MissingSetting      "WH0604" Error "a setting that a keyboard needs";
     RepeatedSetting     "WH0605" Error "a setting that is given twice";
-    BadRate             "WH0606" Error "a rate that is no whole number of hertz, or too high";
+    BadRate             "WH0606" Error "a rate that is too low or too high";
     SenseMismatch       "WH0607" Error "programs of one keyboard that sense differently";
     TwoKeyboards        "WH0608" Note "an instrument that several keyboards list";
     BadSetting          "WH0609" Error "a value given to `--set` that cannot be read";
