@@ -142,6 +142,16 @@ impl Wanted {
     }
 }
 
+/// The instruments that a text declares, in their order.
+pub fn instruments(text: &str) -> Vec<String> {
+    let items = parse(0, text, &mut Vec::new()).items.into_iter();
+    let name = |item| match item {
+        Item::Instrument(instrument) => Some(instrument.name.node),
+        _ => None,
+    };
+    items.filter_map(name).collect()
+}
+
 /// The files that a text names: of devices and of tables.
 pub fn named_files(text: &str) -> Vec<String> {
     let tokens = lex(0, text, &mut Vec::new()).tokens;

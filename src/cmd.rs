@@ -2,6 +2,7 @@
 
 mod budget;
 mod build;
+mod calibration;
 mod check;
 mod command;
 mod completions;
@@ -18,6 +19,7 @@ mod hand;
 mod import;
 mod json;
 mod keys;
+mod live;
 mod load;
 mod lsp;
 mod man;
@@ -28,6 +30,7 @@ mod numbers;
 mod on_board;
 mod opened;
 mod option;
+mod page;
 mod point;
 mod progress;
 mod proof;
@@ -70,6 +73,8 @@ enum Command {
     Experiment(experiment::Args),
     /// Measure a key as a piano technician does: weights, let-off, repetition
     Measure(Box<measure::Args>),
+    /// Make a page that plays: one file for any browser
+    Page(page::Args),
     /// Measure numbers over a grid of parameters, or over Sobol points
     Sweep(Box<sweep::Args>),
     /// Find values of parameters that fit recordings, and say how well they are known
@@ -107,6 +112,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Measure(args)) => measure::run(&args),
+        Some(Command::Page(args)) => page::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Import(args)) => import::run(&args),

@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::Path;
 use std::process::Command;
 
-use super::{Failure, KEYS};
+use super::{Failure, KEYS, Setting};
 
 /// Who compiles.
 #[derive(Clone, Copy)]
@@ -17,12 +17,16 @@ pub enum Compiler {
 impl Compiler {
     pub const ALL: [Compiler; 2] = [Compiler::Gcc, Compiler::Clang];
 
-    fn command(self) -> Command {
+    fn command(self, cpu: &str) -> Command {
         match self {
             Compiler::Gcc => Command::new("arm-none-eabi-gcc"),
             Compiler::Clang => {
                 let mut clang = Command::new("clang-19");
-                clang.arg("--target=thumbv8m.main-none-eabi");
+                clang.arg(match cpu {
+                    "cortex-m33" => "--target=thumbv8m.main-none-eabi",
+                    "cortex-m4" => "--target=thumbv7em-none-eabi",
+                    _ => "--target=thumbv6m-none-eabi",
+                });
                 clang
             }
         }
@@ -48,8 +52,8 @@ pub struct Contestant {
 /// Around a generated text.
 const KERNEL: &str = "
 static NAME_state state;
-uint16_t in_words[KEYS];
-int16_t out_words[KEYS];
+uint16_t in_words[INS];
+int16_t out_words[OUTS];
 void bench_reset(void) { NAME_defaults(&state); NAME_init(&state, in_words); }
 void bench_tick(void) { NAME_tick(&state, in_words, out_words); state.events = 0; }
 ";
@@ -65,10 +69,12 @@ void bench_tick(void) { tick(in_words, out_words, &live); }
 
 impl Contestant {
     /// A Kernel as the compiler writes it in C.
-    pub fn kernel(name: &str, text: &str) -> Contestant {
+    pub fn kernel(name: &str, text: &str, setting: &Setting) -> Contestant {
+        let words = setting.ports.map(|ports| setting.keys * ports.max(1));
         let around = KERNEL
             .replace("NAME", name)
-            .replace("KEYS", &KEYS.to_string());
+            .replace("INS", &words[0].to_string())
+            .replace("OUTS", &words[1].to_string());
         Contestant {
             name: "the Kernel in C",
             text: format!("{text}\n{around}"),
@@ -85,7 +91,7 @@ impl Contestant {
     }
 
     /// The image; none where the compiler, or the linker and C library that both use, are absent.
-    pub fn build(&self, compiler: Compiler) -> Result<Option<Vec<u8>>, Failure> {
+    pub fn build(&self, compiler: Compiler, setting: &Setting) -> Result<Option<Vec<u8>>, Failure> {
         let folder = tempfile::tempdir()?;
         let (c, object, elf) = (
             folder.path().join("x.c"),
@@ -93,9 +99,10 @@ impl Contestant {
             folder.path().join("x.elf"),
         );
         std::fs::write(&c, &self.text)?;
-        let mut command = compiler.command();
+        let cpu = format!("-mcpu={}", setting.cpu.replace("m0+", "m0plus"));
+        let mut command = compiler.command(setting.cpu);
         command.args([
-            "-mcpu=cortex-m33",
+            &cpu,
             "-mthumb",
             "-mfloat-abi=soft",
             "-O3",
@@ -108,7 +115,7 @@ impl Contestant {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/board.ld");
         let mut link = Command::new("arm-none-eabi-gcc");
         link.args([
-            "-mcpu=cortex-m33",
+            &cpu,
             "-mthumb",
             "-mfloat-abi=soft",
             "-nostartfiles",

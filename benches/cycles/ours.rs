@@ -3,26 +3,25 @@
 
 use whippen_compiler::kernel::{Interp, Kernel};
 use whippen_compiler::modes::Modes;
-use whippen_emulator::CoreKind;
 
 use super::play::Cycles;
 use super::target::Target;
-use super::{Failure, KEYS};
+use super::{Failure, Setting};
 
 /// Cycles of its frames.
-pub fn play(kernel: &Kernel, modes: &Modes, words: &[u16]) -> Result<Cycles, Failure> {
+pub fn play(kernel: &Kernel, modes: &Modes, setting: &Setting) -> Result<Cycles, Failure> {
     let mut interp = Interp::new(kernel, 1).map_err(|e| format!("{e:?}"))?;
-    let mut target = Target::new(modes, KEYS as u32, CoreKind::CortexM33);
-    let first = words.first().copied().unwrap_or_default();
-    interp.init(&[first]);
-    target.init(&[first; KEYS]);
-    let mut drive = [0];
+    let Setting { rows, keys, .. } = setting;
+    let mut target = Target::new(modes, *keys as u32, setting.core);
+    interp.init(&rows[0]);
+    target.init(&rows[0].repeat(*keys));
+    let mut drive = vec![0; setting.ports[1].max(1)];
     let (mut worst, mut sum) = (0, 0);
-    for (tick, &word) in words.iter().enumerate() {
-        interp.tick(&[word], &mut drive);
-        let found = target.tick(&[word; KEYS]);
+    for (tick, row) in rows.iter().enumerate() {
+        interp.tick(row, &mut drive);
+        let found = target.tick(&row.repeat(*keys));
         target.drain_events();
-        if found.iter().any(|&found| found != drive[0]) {
+        if found.chunks(drive.len()).any(|found| found != drive) {
             return Err(format!("tick {tick}: {found:?} instead of {drive:?}").into());
         }
         worst = worst.max(target.cycles);
@@ -30,6 +29,6 @@ pub fn play(kernel: &Kernel, modes: &Modes, words: &[u16]) -> Result<Cycles, Fai
     }
     Ok(Cycles {
         worst: worst as f64,
-        mean: sum as f64 / words.len() as f64,
+        mean: sum as f64 / rows.len() as f64,
     })
 }

@@ -15,9 +15,10 @@ pub use whippen_stability as stability;
 pub use whippen_kernel as kernel;
 pub use whippen_lower as lower;
 pub use whippen_lower::{ideal, scales, simplify};
-// A Kernel for this machine, and as C.
+// A Kernel for this machine, as C, and for browsers.
 pub use whippen_c99 as c99;
 pub use whippen_jit as jit;
+pub use whippen_wasm as wasm;
 // A Kernel as machine code of a Cortex-M, and its image.
 pub use whippen_arm::{asm, image, thumb};
 pub use whippen_board as board;

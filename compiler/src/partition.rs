@@ -6,13 +6,19 @@
 //! is divided so is bounded first. What it proves of a key of each zone says what every other
 //! division would come to, and the one is taken with which the slowest core of the slowest program
 //! is fastest; of equal ones that with the most equal parts. Its image is then bounded as it
-//! stands: only the choice rests on the sums here. Members of an instrument in parts are divided in
-//! the same way; then those of one core become one part, where that is faster.
+//! stands: only the choice rests on the sums here.
+//!
+//! Of an instrument in parts the members of one core become one part where that is faster. What is
+//! proven of a division says what every other one would come to; the fastest is made and bounded,
+//! until that is one that is known. So without what is early on core 1 and with it.
+
+use std::collections::BTreeSet;
 
 use whippen_board::Board;
-use whippen_budget::{Bounded, Budget, NotBounded, Program, cores};
+use whippen_budget::{Bounded, Budget, NotBounded, Program, TickHandlerBound, cores};
 use whippen_firmware::{
-    FirmwareImage, ImageError, Instrument, ProgramCode, Setup, build_divided, build_image,
+    FirmwareImage, ImageError, InParts, Instrument, PartCode, ProgramCode, Role, Setup,
+    build_divided, build_image,
 };
 use whippen_keyboard::{Layout, ProgramId};
 
@@ -79,8 +85,9 @@ pub fn build_partitioned(
     build_image(layout, instruments, &divided, board).map_err(BuildError::Image)
 }
 
-/// The image of an instrument in parts, or that in which its members are divided by the cycles that
-/// the first one proves, if its frame is shorter; or where those of a core are together, likewise.
+/// The image of an instrument in parts, or a faster one: with the members of a core together, with
+/// or without what is early on core 1, and other divisions, as long as what is proven says that
+/// another one should be faster.
 fn with_faster_parts(
     first: FirmwareImage,
     layout: &Layout,
@@ -92,57 +99,161 @@ fn with_faster_parts(
     let (Some(in_parts), Some(cut)) = (in_parts, first.cut()) else {
         return Ok(first);
     };
+    let of_members = |part: &&PartCode| matches!(part.role, Role::Member(_));
+    let members = cut.parts.iter().filter(of_members);
+    let division: Vec<usize> = members.map(|part| part.core).collect();
+    let makes = DividedParts {
+        in_parts,
+        layout,
+        instruments,
+        setup,
+        board,
+    };
     // What has no bound is judged by whoever wants one.
-    let Ok(bounded) = bound_frame(&first, board) else {
+    let Some(apart) = Divided::of(first.clone(), division, board) else {
         return Ok(first);
     };
-    let cycles = |part: usize| {
-        let cut = bounded.contended.cut.as_ref();
-        let own = cut.and_then(|cut| cut.parts.get(part));
-        own.map_or(0, |part| part.code.tick.cycles_max(1))
-    };
-    let mut division = in_parts.divided(board.stacks.len(), cycles);
-    let known: Vec<usize> = cut.parts.iter().map(|part| part.core).collect();
-    let mut best = (bounded.contended.cycles_max, first);
-    let build = |instruments: &[Instrument], division: &[usize]| {
-        build_divided(layout, instruments, setup, board, division).map_err(BuildError::Image)
-    };
-    let is_new = known != division[..known.len()];
-    if is_new && !take_shorter(&mut best, build(instruments, &division)?, board) {
-        division[..known.len()].copy_from_slice(&known);
+    let mut best = makes.fastest(apart.clone(), false);
+    if board.stacks.len() > 1 {
+        best.take_shorter(Some(makes.fastest(apart, true)));
     }
-    let cores = &division[1..known.len()];
-    // A defect of what is only tried is told where it is what is asked for.
-    if let Ok(Some(together)) = pipeline::together(in_parts, cores) {
-        let instruments: Vec<Instrument> = instruments
+    Ok(best.image)
+}
+
+/// Divisions of an instrument in parts that are made and bounded, at most.
+const DIVISIONS_MAX: usize = 4;
+
+/// What makes images of an instrument in parts. One that is only tried is none where it has a
+/// defect or is too large for the board.
+struct DividedParts<'a> {
+    in_parts: &'a InParts,
+    layout: &'a Layout,
+    instruments: &'a [Instrument<'a>],
+    setup: &'a Setup,
+    board: &'a Board,
+}
+
+impl DividedParts<'_> {
+    /// The fastest of the divisions to which what is proven leads, from one with each member apart.
+    fn fastest(&self, apart: Divided, early: bool) -> Divided {
+        let costs = apart.costs();
+        let mut best = apart;
+        let is_together = best.take_shorter(self.together(&best.members, early));
+        let mut tried = BTreeSet::from([best.members.clone()]);
+        while tried.len() < DIVISIONS_MAX {
+            let Some(next) = best.faster(&costs).filter(|next| !tried.contains(next)) else {
+                break;
+            };
+            let image = match is_together {
+                true => self.together(&next, early),
+                false => self.apart(&next),
+            };
+            best.take_shorter(image);
+            tried.insert(next);
+        }
+        best
+    }
+
+    /// With each member, of which the core is given, a part of its own.
+    fn apart(&self, members: &[usize]) -> Option<Divided> {
+        let division: Vec<usize> = [0].iter().chain(members).copied().collect();
+        self.build(self.instruments, &division, members)
+    }
+
+    /// With the members of a core together, and perhaps what is early on core 1.
+    fn together(&self, members: &[usize], early: bool) -> Option<Divided> {
+        let cores = self.board.stacks.len();
+        let together = pipeline::together(self.in_parts, members, early).ok()??;
+        let with_parts = |own: &Instrument<'_>| own.parts.is_some();
+        let instruments: Vec<Instrument> = self
+            .instruments
             .iter()
             .map(|own| Instrument {
-                parts: own.parts.and(Some(&together)),
+                parts: with_parts(own).then_some(&together),
                 ..*own
             })
             .collect();
-        let division = together.on_own_cores(board.stacks.len());
-        // Where it is too large for the board it stays as it is.
-        if let Ok(image) = build(&instruments, &division) {
-            take_shorter(&mut best, image, board);
-        }
+        self.build(&instruments, &together.on_own_cores(cores), members)
     }
-    Ok(best.1)
+
+    fn build(
+        &self,
+        instruments: &[Instrument],
+        division: &[usize],
+        members: &[usize],
+    ) -> Option<Divided> {
+        let image = build_divided(self.layout, instruments, self.setup, self.board, division);
+        Divided::of(image.ok()?, members.to_vec(), self.board)
+    }
 }
 
-/// Takes an image whose frame is shorter; says whether it did.
-fn take_shorter(
-    (cycles, best): &mut (u64, FirmwareImage),
-    other: FirmwareImage,
-    board: &Board,
-) -> bool {
-    let found = bound_frame(&other, board).map(|bounded| bounded.contended.cycles_max);
-    let Some(found) = found.ok().filter(|found| *found < *cycles) else {
-        return false;
-    };
-    (*cycles, *best) = (found, other);
-    true
+/// An image with the bound of its frame.
+#[derive(Clone)]
+struct Divided {
+    image: FirmwareImage,
+    /// The core of each member.
+    members: Vec<usize>,
+    bound: TickHandlerBound,
 }
+
+impl Divided {
+    fn of(image: FirmwareImage, members: Vec<usize>, board: &Board) -> Option<Divided> {
+        let bounded = bound_frame(&image, board).ok()?;
+        Some(Divided {
+            image,
+            members,
+            bound: bounded.contended,
+        })
+    }
+
+    /// The cycles of each member, where each is a part of its own.
+    fn costs(&self) -> Vec<u64> {
+        let parts = self.bound.cut.iter().flat_map(|cut| &cut.parts);
+        let members = parts.filter(|part| matches!(part.role, Role::Member(_)));
+        members.map(|part| part.code.tick.cycles_max(1)).collect()
+    }
+
+    /// Takes another one whose frame is shorter; says whether it did.
+    fn take_shorter(&mut self, other: Option<Divided>) -> bool {
+        let shorter = other.filter(|other| other.bound.cycles_max < self.bound.cycles_max);
+        let is_shorter = shorter.is_some();
+        if let Some(shorter) = shorter {
+            *self = shorter;
+        }
+        is_shorter
+    }
+
+    /// The division that should be fastest, by the cycles of members: what one costs moves with it
+    /// from core to core.
+    fn faster(&self, costs: &[u64]) -> Option<Vec<usize>> {
+        let helped = self.bound.cut.as_ref()?.helped.as_ref()?;
+        fastest_members(costs, &self.members, helped.members_cycles_max())
+    }
+}
+
+/// Of all divisions that leave no core without a member the fastest, where this one takes so many
+/// cycles on either core.
+fn fastest_members(costs: &[u64], known: &[usize], cycles: [u64; 2]) -> Option<Vec<usize>> {
+    let count = costs.len().min(MEMBERS_MAX);
+    let on = |division: &[usize], core: usize| -> u64 {
+        let own = division.iter().zip(costs).filter(|(on, _)| **on == core);
+        own.map(|(_, cost)| cost).sum()
+    };
+    let longest = |division: &[usize]| {
+        let core = |core| (cycles[core] + on(division, core)).saturating_sub(on(known, core));
+        [0, 1].map(core).into_iter().max()
+    };
+    // Those beyond stay where they are.
+    let divisions = (1..(1_usize << count).saturating_sub(1)).map(|chosen| {
+        let moved = (0..count).map(|member| chosen >> member & 1);
+        let stay = known.iter().copied().skip(count);
+        moved.chain(stay).collect::<Vec<usize>>()
+    });
+    divisions.min_by_key(|division| (longest(division), division != known))
+}
+
+/// Members of which all divisions are weighed.
+const MEMBERS_MAX: usize = 10;
 
 /// The bound of the frame of core 0.
 fn bound_frame(image: &FirmwareImage, board: &Board) -> Result<Bounded, NotBounded> {
@@ -180,7 +291,7 @@ fn fits(image: &FirmwareImage, setup: &Setup, board: &Board) -> Result<bool, Not
     let bytes = Program::of(&image.image);
     for number in 0..image.programs.len() as u32 {
         let bounded = cores(image, &bytes, board, ProgramId(number))?;
-        if !Budget::of(&bounded, board.clock_hz, setup.rate_hz).fits() {
+        if !Budget::of(&bounded, board, setup.rate_hz).fits() {
             return Ok(false);
         }
     }
@@ -262,6 +373,20 @@ mod tests {
         let with = |other| fastest_division(&[split.clone(), costs(&[(50, other)])], &[25, 25]);
         assert_eq!(with(80), [27, 23]);
         assert_eq!(with(62), [31, 19]);
+    }
+
+    #[test]
+    fn members_move_to_the_core_that_has_time() {
+        let costs = [400, 300, 200, 100];
+        // Besides members 100 cycles on core 0, and 200 on core 1.
+        let best = fastest_members(&costs, &[0, 0, 0, 1], [1000, 300]);
+        assert_eq!(best, Some(vec![1, 0, 0, 0]));
+        let stays = fastest_members(&costs, &[1, 0, 0, 1], [600, 700]);
+        assert_eq!(stays, Some(vec![1, 0, 0, 1]));
+        // Core 1 begins late.
+        let late = fastest_members(&costs, &[1, 0, 0, 1], [600, 1100]);
+        assert_eq!(late, Some(vec![0, 1, 0, 0]));
+        assert_eq!(fastest_members(&[900], &[0], [900, 0]), None);
     }
 
     #[test]

@@ -228,15 +228,16 @@ fn modes_of(kernel: &Kernel, instructions: usize) -> Result<Modes, CompileError>
 /// A defect.
 pub fn cut(compiled: &Compiled, instructions: usize) -> Result<Option<InParts>, CompileError> {
     let whole = without_probes(&compiled.lowered.kernel);
-    // What is heard is looked for in the tail.
-    let is_heard = |parts: &Parts| {
-        let tail = parts.parts.last();
-        tail.is_some_and(|tail| tail.kernel.channels().len() == whole.channels().len())
-    };
-    let Some(parts) = split(&whole).filter(is_heard) else {
+    let Some(parts) = split(&whole).filter(|parts| is_heard(&whole, parts)) else {
         return Ok(None);
     };
     with_modes(whole, parts, instructions).map(Some)
+}
+
+/// Whether all that is heard of a whole is in the tail, where it is looked for.
+fn is_heard(whole: &Kernel, parts: &Parts) -> bool {
+    let tail = parts.parts.last();
+    tail.is_some_and(|tail| tail.kernel.channels().len() == whole.channels().len())
 }
 
 fn with_modes(whole: Kernel, parts: Parts, instructions: usize) -> Result<InParts, CompileError> {
@@ -255,7 +256,8 @@ fn with_modes(whole: Kernel, parts: Parts, instructions: usize) -> Result<InPart
 }
 
 /// An instrument in parts whose members are together where they have one core: that of each is
-/// given. None where no core has two, or where one has several modes, which those of others would
+/// given. With `early`, what no sensor leads to is a part of its own, if it is worth it. None where
+/// nothing would be other, or where a member has several modes, which those of others would
 /// multiply.
 ///
 /// # Errors
@@ -263,14 +265,16 @@ fn with_modes(whole: Kernel, parts: Parts, instructions: usize) -> Result<InPart
 pub(crate) fn together(
     in_parts: &InParts,
     cores: &[usize],
+    early: bool,
 ) -> Result<Option<InParts>, CompileError> {
     let mut members = in_parts.modes.iter().skip(1).take(cores.len());
     let numbers: BTreeSet<usize> = cores.iter().copied().collect();
-    if numbers.len() == cores.len() || members.any(|modes| modes.modes.len() > 1) {
+    if (numbers.len() == cores.len() && !early) || members.any(|modes| modes.modes.len() > 1) {
         return Ok(None);
     }
     let cores: Vec<u32> = cores.iter().map(|core| *core as u32).collect();
-    let parts = split_together(&in_parts.whole, &cores);
+    let parts = split_together(&in_parts.whole, &cores, early);
+    let parts = parts.filter(|parts| is_heard(&in_parts.whole, parts));
     let with_modes = |parts| with_modes(in_parts.whole.clone(), parts, in_parts.instructions);
     parts.map(with_modes).transpose()
 }
@@ -305,7 +309,7 @@ pub fn prove(
     let mut programs = Vec::new();
     for number in 0..image.programs.len() as u32 {
         let cores = cores(image, &bytes, board, ProgramId(number))?;
-        let budget = Budget::of(&cores, board.clock_hz, rate_hz);
+        let budget = Budget::of(&cores, board, rate_hz);
         observer(Pass::Budget, &budget);
         programs.push(ProgramProof { cores, budget });
     }

@@ -3,6 +3,8 @@
 //! A board file is all that a board of one's own needs. What the linker does with it is
 //! `whippen_compiler::image`'s.
 
+mod knob;
+
 use std::path::Path;
 
 use whippen_compiler::board::{AccessTime, BANKS_MAX, Bus};
@@ -21,6 +23,10 @@ const BUNDLED: &[(&str, &str)] = &[
     (
         "rp2040.toml",
         include_str!("../../instruments/hardware/rp2040.toml"),
+    ),
+    (
+        "pico2_knob.toml",
+        include_str!("../../instruments/hardware/pico2_knob.toml"),
     ),
     (
         "stm32f4.toml",
@@ -51,6 +57,17 @@ const KEYS: &[Known] = &[
     ("device.*", "0x40070000"),
     ("interrupt.converter", "46"),
     ("place.*", "sram0"),
+    ("knob.clock", "2"),
+    ("knob.select", "3"),
+    ("knob.data", "4"),
+    ("knob.phases", "6 7 8"),
+    ("knob.enable", "9"),
+    ("knob.fault", "10"),
+    ("knob.period", "3400 cycles"),
+    ("knob.ahead", "1000 cycles"),
+    ("knob.supply", "12000 mV"),
+    ("knob.align", "2000 mV"),
+    ("knob.pole_pairs", "7"),
 ];
 
 /// Cores by name, and their architectures.
@@ -129,6 +146,7 @@ fn read(path: &Path, text: &str) -> Result<Board, FileError> {
         converter_interrupt: interrupt(&entries)?,
         stacks: stacks(&entries)?,
         places,
+        knob: knob::knob(&entries)?,
     };
     match board.contradiction() {
         Some(wrong) => Err(entries.error(&wrong.key, &wrong.what)),

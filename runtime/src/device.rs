@@ -42,6 +42,10 @@ const BUNDLED: &[(&str, &str)] = &[
         include_str!("../../instruments/hardware/knob.toml"),
     ),
     (
+        "gimbal.toml",
+        include_str!("../../instruments/hardware/gimbal.toml"),
+    ),
+    (
         "touch.toml",
         include_str!("../../instruments/hardware/touch.toml"),
     ),

@@ -16,6 +16,7 @@
 
 mod events;
 mod load;
+mod mailbox;
 mod memory;
 mod sound;
 mod start;
@@ -33,6 +34,7 @@ use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Sto
 
 use self::load::Frames;
 pub use self::load::{CoreLoad, Load};
+use self::mailbox::Mailbox;
 use crate::board;
 use crate::device::Device;
 use crate::image::{self, ImageInstrument};
@@ -80,6 +82,7 @@ pub struct Emulated {
     /// Bytes of events taken, by core and zone.
     taken: Vec<Vec<u32>>,
     load: Load,
+    mailbox: Mailbox,
     /// Samples to come that are of ticks before the first.
     samples_before: usize,
     /// The words of the last tick.
@@ -181,6 +184,7 @@ impl Emulated {
             frames: Frames::default(),
             taken,
             load,
+            mailbox: Mailbox::default(),
             samples_before: 0,
             last_words: Vec::new(),
             trouble: None,
@@ -236,6 +240,7 @@ impl Emulated {
 
     fn run_tick(&mut self, words: &[u16], drive: &mut [i16]) -> Result<(), String> {
         self.load.ticks += 1;
+        self.post()?;
         self.serve(words)?;
         let outs = self.words_of_key[1];
         for (at, word) in drive.iter_mut().enumerate() {

@@ -158,6 +158,32 @@ impl<'c> Engine<'c> {
         }
     }
 
+    /// Changes a live value (SI; a bool is 0 or 1), clamped to its range, from the next tick on. A
+    /// board takes it from its mailbox, one value after the other: some ticks later.
+    ///
+    /// # Errors
+    /// There is none with this index, in words.
+    pub fn set_live(&mut self, live: usize, value: f64) -> Result<(), String> {
+        let word = |compiled: &Compiled| {
+            let meaning = compiled.lowered.lives.get(live);
+            let none = || format!("no live value has the number {live}");
+            meaning.map(|of| of.quantize(value)).ok_or_else(none)
+        };
+        match self {
+            Engine::Jit(c, code) => code.set_live(live, word(c)?).map_err(|e| e.to_string()),
+            Engine::Interp(c, interp) => interp.set_live(live, word(c)?).map_err(|e| e.to_string()),
+            Engine::Emulated(c, board) => {
+                board.set_live(live as u32, word(c)?);
+                Ok(())
+            }
+            Engine::Ideal(c, ideal) => {
+                word(c)?;
+                ideal.set_live(live, value);
+                Ok(())
+            }
+        }
+    }
+
     /// Whether it knows values inside of a tick: [`Engine::value`].
     pub fn observes(&self) -> bool {
         !matches!(self, Engine::Emulated(..))

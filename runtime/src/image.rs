@@ -10,7 +10,8 @@
 //! Not here: the firmware itself (the compiler), files.
 
 use whippen_compiler::firmware::{
-    GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, Passivity, Setup, divide_equally,
+    Coil, GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, Passivity, Setup,
+    divide_equally,
 };
 use whippen_compiler::image::{Place, places};
 use whippen_compiler::model::Sense;
@@ -143,7 +144,24 @@ fn setup_of_ports(
         rate_hz: compiled.model.rate_hz,
         ports,
         first_note: first_note.into(),
+        coil: coil(device, f64::from(compiled.model.rate_hz)),
         passivity: passivity(device, f64::from(compiled.model.rate_hz))?,
+        tuning: None,
+    })
+}
+
+/// What a board that makes voltages must know of the motor, if the device says it.
+fn coil(device: &Device, rate_hz: f64) -> Option<Coil> {
+    let (motor, winding) = (device.motor?, device.drive().winding?);
+    let part = |value: f64, of: f64| (value / of).round() as u32;
+    Some(Coil {
+        resistance_mohm: part(winding.resistance_ohm, 1e-3),
+        kept: part(
+            libm::exp(-winding.resistance_ohm / winding.inductance_h / rate_hz),
+            libm::exp2(-32.0),
+        ),
+        peak_ma: part(motor.peak_a, 1e-3),
+        torque_constant_un_m: part(motor.torque_constant, 1e-6),
     })
 }
 

@@ -12,6 +12,7 @@
 //!
 //! Not here: the language (the compiler), what instructions do (the emulator).
 
+pub mod automation;
 pub mod board;
 pub mod closed;
 pub mod coil;
@@ -35,6 +36,7 @@ pub mod midi;
 pub mod motion;
 pub mod motor;
 pub mod plant;
+pub mod playable;
 pub mod plot;
 pub mod points;
 pub mod preset;
@@ -53,3 +55,4 @@ pub mod titles;
 pub mod trace;
 pub mod trajectory;
 pub mod vibration;
+pub mod web;

@@ -17,6 +17,7 @@
 mod calibration;
 mod errors;
 mod lowpass;
+pub mod on_board;
 mod pchip;
 mod raw;
 mod resample;

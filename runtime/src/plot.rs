@@ -100,7 +100,9 @@ pub struct Figure<'a> {
     pub rate_hz: Rate,
     /// When the first tick was (s).
     pub start_s: f64,
-    /// Position of the key.
+    /// The port whose position and forces come first; none of a key.
+    pub port: Option<&'a str>,
+    /// Position of the key, or of that port.
     pub travel: Option<Series<'a>>,
     /// The force terms.
     pub forces: Vec<Series<'a>>,
@@ -129,7 +131,9 @@ pub struct Figure<'a> {
 pub struct Roles {
     /// Heading.
     pub title: String,
-    /// Title of the column of the key's position (`x_m`).
+    /// Whether that is a key; a port has a name.
+    pub is_of_key: bool,
+    /// Title of the column of the key's position (`x_m`), or of a port's.
     pub travel: String,
     /// Titles of the columns of the force terms.
     pub forces: Vec<String>,
@@ -170,11 +174,14 @@ impl<'a> Figure<'a> {
         let argument = marked()
             .find_map(|e| e.args.first())
             .and_then(|(title, _)| split_title(title).1);
+        let travel = series(&roles.travel);
+        let port = travel.as_ref().map(|series| series.name);
         Figure {
             title: roles.title.clone(),
             rate_hz: trace.rate_hz,
             start_s: trace.start_s,
-            travel: series(&roles.travel),
+            port: port.filter(|_| !roles.is_of_key),
+            travel,
             forces: roles.forces.iter().filter_map(series).collect(),
             total: series(&roles.total),
             coordinates: roles.coordinates.iter().filter_map(series).collect(),

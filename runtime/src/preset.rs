@@ -1,4 +1,5 @@
-//! Presets: TOML files with values for an instrument's parameters, under `[set]`.
+//! Presets: TOML files with values for an instrument's parameters, under `[set]`, and `for`, the
+//! instruments that they are for.
 //!
 //! Not here: whether an instrument has these parameters, which the checker says as of any setting.
 
@@ -23,10 +24,19 @@ const BUNDLED: &[(&str, &str)] = &[
     ),
 ];
 
-const KNOWN: &[Known] = &[("set.*", "0.2 N")];
+const KNOWN: &[Known] = &[("for", "keytar"), ("set.*", "0.2 N")];
 
-/// The bundled preset of that name, if there is one: names and values, as in the file.
-pub fn bundled(name: &str) -> Option<Vec<(String, String)>> {
+/// What a preset holds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Preset {
+    /// The instruments that it is for; any if there is none.
+    pub instruments: Vec<String>,
+    /// Names and values, as in the file.
+    pub sets: Vec<(String, String)>,
+}
+
+/// The bundled preset of that name, if there is one.
+pub fn bundled(name: &str) -> Option<Preset> {
     let (name, text) = BUNDLED.iter().find(|(bundled, _)| *bundled == name)?;
     let path = Path::new("instruments/presets").join(format!("{name}.toml"));
     Some(read(&path, text).expect("bundled presets are correct"))
@@ -36,21 +46,24 @@ pub fn bundled(name: &str) -> Option<Vec<(String, String)>> {
 ///
 /// # Errors
 /// The file cannot be read, or is no preset.
-pub fn load(path: &Path) -> Result<Vec<(String, String)>, FileError> {
+pub fn load(path: &Path) -> Result<Preset, FileError> {
     read(path, &read_text(path, InputKind::PRESET)?)
 }
 
-fn read(path: &Path, text: &str) -> Result<Vec<(String, String)>, FileError> {
+fn read(path: &Path, text: &str) -> Result<Preset, FileError> {
     let entries = Entries::parse(path, text, KNOWN)?;
-    let sets: Vec<(String, String)> = entries
-        .all()
-        .map(|(key, value)| (key["set.".len()..].to_string(), value.to_string()))
-        .collect();
+    let (mut sets, mut instruments) = (Vec::new(), Vec::new());
+    for (key, value) in entries.all() {
+        match key.strip_prefix("set.") {
+            Some(name) => sets.push((name.to_string(), value.to_string())),
+            None => instruments.extend(value.split(',').map(|name| name.trim().to_string())),
+        }
+    }
     if sets.is_empty() {
         let why = "sets nothing: wanted is `[set]` and below it lines such as `weight = \"0.2 N\"`";
         return Err(FileError::new(path, why));
     }
-    Ok(sets)
+    Ok(Preset { instruments, sets })
 }
 
 #[cfg(test)]
@@ -59,8 +72,13 @@ mod tests {
 
     #[test]
     fn names_have_brackets_and_dots() {
-        let sets = bundled("open-g").expect("it is bundled");
-        assert!(sets.contains(&("strings[5].pitch".to_string(), "293.665 Hz".to_string())));
+        let preset = bundled("open-g").expect("it is bundled");
+        assert_eq!(preset.instruments, ["keytar"]);
+        assert!(
+            preset
+                .sets
+                .contains(&("strings[5].pitch".to_string(), "293.665 Hz".to_string()))
+        );
     }
 
     #[test]

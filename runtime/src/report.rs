@@ -24,6 +24,7 @@ mod strings;
 pub use budget::budget_page;
 pub use chart::chart;
 pub use html::{Cell, Row, Table};
+pub(crate) use html::{escape, script_json};
 pub use knots::{KNOTS_MAX, Knots, Truth, knots};
 pub use page::Page;
 pub use section::{Made, Section, id};

@@ -18,11 +18,13 @@ mod recorder;
 pub(crate) mod watch;
 
 use std::fmt;
+use std::iter::Peekable;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use whippen_compiler::pipeline::Compiled;
 
+use crate::automation::Change;
 use crate::coil::Coil;
 use crate::device::Device;
 use crate::emulated::Load;
@@ -244,12 +246,13 @@ pub(crate) fn record_body(
     let (is_chosen, stop) = (recording.is_chosen(), recording.stop());
     let is_stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
     let points = recording.point_titles();
+    let mut changes = recording.changes(compiled.model.rate_hz).peekable();
     let observes = engine.observes();
     let mut recorder = Recorder::new(compiled, device, recording, (ticks, observes));
     let mut watch = Watch::new(compiled, device);
-    let ports = compiled.model.senses.len();
-    let (mut places, mut words) = (vec![0.0; ports], vec![0u16; ports]);
-    let mut drive = vec![0i16; compiled.lowered.kernel.outputs.len()];
+    let kernel = &compiled.lowered.kernel;
+    let mut places = vec![0.0; compiled.model.senses.len()];
+    let (mut words, mut drive) = (vec![0; places.len()], vec![0; kernel.outputs.len()]);
     if recorder.listens() {
         engine.listen().map_err(RunError::Engine)?;
     }
@@ -259,6 +262,7 @@ pub(crate) fn record_body(
         if tick == 0 {
             engine.start(&words);
         }
+        change_lives(&mut engine, &mut changes, tick).map_err(RunError::Engine)?;
         recorder.before(&engine, tick).map_err(RunError::Engine)?;
         let before = Instant::now();
         engine.tick(&words, &mut drive);
@@ -266,11 +270,10 @@ pub(crate) fn record_body(
         watch.drive(&drive);
         let written = recorder.tick(&mut engine, tick, &drive, body.observe());
         written.map_err(RunError::Output)?;
-        if tick % 1024 == 0 {
-            progress(tick);
-            if is_stopped() {
-                break;
-            }
+        let is_told = tick % 1024 == 0;
+        is_told.then(|| progress(tick));
+        if is_told && is_stopped() {
+            break;
         }
     }
     progress(watch.counts.ticks);
@@ -290,6 +293,18 @@ pub(crate) fn record_body(
         frictions,
         beside: None,
     })
+}
+
+/// Makes the changes of live values that are due in a tick.
+fn change_lives(
+    engine: &mut Engine,
+    changes: &mut Peekable<impl Iterator<Item = (usize, Change)>>,
+    tick: usize,
+) -> Result<(), String> {
+    while let Some((_, change)) = changes.next_if(|(at, _)| *at <= tick) {
+        engine.set_live(change.live, change.value)?;
+    }
+    Ok(())
 }
 
 /// The figure of a run: travel, force terms and their sum, coordinates, states, strikes; or what

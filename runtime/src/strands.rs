@@ -1,7 +1,7 @@
 //! Strings as they are between two ticks, read from an engine's memory.
 //!
-//! Nothing is computed for it in a tick: displacements and rates are words that lie in memory
-//! anyway, so what is read of a string costs a program nothing, on a board too.
+//! Nothing is computed for it in a tick: slopes and rates are words that lie in memory anyway, so
+//! what is read of a string costs a program nothing, on a board too.
 
 use whippen_compiler::ideal::RealStrand;
 use whippen_compiler::lower::LoweredStrand;
@@ -42,19 +42,17 @@ impl Engine<'_> {
             }
             Engine::Emulated(_, board) => {
                 for (words, cell) in words.iter_mut().zip(lowered.cells) {
-                    let cells = &compiled.lowered.kernel.cells;
-                    *words = board.cell_words(&cells[cell as usize].name, points)?;
+                    let cell = &compiled.lowered.kernel.cells[cell as usize];
+                    *words = board.cell_words(&cell.name, cell.len as usize)?;
                 }
             }
             Engine::Ideal(..) => {}
         }
-        let [displacements, rates] = words;
-        // The displacements wrap; only differences of neighbours are right.
-        let (mut before, mut sum) = (0_i32, 0_i64);
-        for (point, word) in displacements.iter().enumerate() {
-            sum += i64::from(word.wrapping_sub(before));
-            before = *word;
-            into.u[point + 1] = 0.5 * lowered.lsb * sum as f64;
+        let [slopes, rates] = words;
+        let mut sum = 0_i64;
+        for (u, word) in into.u[1..].iter_mut().zip(&slopes) {
+            sum += i64::from(*word);
+            *u = 0.5 * lowered.lsb * sum as f64;
         }
         for (point, word) in rates.iter().enumerate() {
             into.v[point + 1] = lowered.lsb * f64::from(*word);
@@ -101,8 +99,12 @@ fn read_cells(
     points: usize,
     word: impl Fn(usize, usize) -> Option<i64>,
 ) {
-    for (words, cell) in words.iter_mut().zip(lowered.cells) {
-        let all = (0..points).map(|point| word(cell as usize, point).unwrap_or_default() as i32);
+    for ((words, cell), len) in words
+        .iter_mut()
+        .zip(lowered.cells)
+        .zip([points + 1, points])
+    {
+        let all = (0..len).map(|at| word(cell as usize, at).unwrap_or_default() as i32);
         words.extend(all);
     }
 }

@@ -18,14 +18,15 @@ use files::Output;
 #[command(
     after_help = "Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 58 -o piano.uf2\n\
                   Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 29 -o piano.o\n\
-                  Example: whippen build instruments/grand-piano.whip -o piano.c"
+                  Example: whippen build instruments/grand-piano.whip -o piano.c\n\
+                  Example: whippen build instruments/grand-piano.whip --keys 88 -o piano.wasm"
 )]
 pub struct Args {
     #[command(flatten)]
     setup: SetupArgs,
     /// What to write: .elf or .uf2, a whole image; .o to link; .c for any other compiler
-    /// (both with .h and .rs beside them)
-    #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c", value_hint = ValueHint::FilePath, value_parser = OsStringValueParser::new().try_map(files::output))]
+    /// (both with .h and .rs beside them); .wasm for browsers
+    #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c|.wasm", value_hint = ValueHint::FilePath, value_parser = OsStringValueParser::new().try_map(files::output))]
     output: Output,
     /// Write it also where it is not proven to be in time, with a mark in the file (of a .o, beside
     /// it)

@@ -57,13 +57,13 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 fn once(args: &Args) -> Outcome {
+    let opened = Opened::files(&args.files)?;
     let options = Options {
-        sets: args.settings.all()?,
+        sets: args.settings.all(&opened)?,
         rate_hz: args.rate,
         ..Options::default()
     };
     let form = if args.json { Form::Json } else { Form::Text };
-    let opened = Opened::files(&args.files)?;
     let (map, program) = load::checked_as(form, &opened.sources, &options, Severity::Note)?;
     let devices = CheckedDevices::find(args, form, &map, &program)?;
     if program.instruments.is_empty() && !args.json {

@@ -163,7 +163,7 @@ pub fn run(args: &Args) -> Outcome {
     let opened = Opened::words(&args.words)?;
     plan(args, &opened).check()?;
     counts_fit(args).map_err(Failure::Usage)?;
-    let sets = args.settings.all()?;
+    let sets = args.settings.all(&opened)?;
     let options = options(args, &sets);
     let (map, program) = load::checked(&opened.sources, &options, Severity::Warning)?;
     let model = load::one_key(&program, opened.name, None)?;

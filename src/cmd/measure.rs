@@ -116,7 +116,7 @@ pub fn run(args: &Args) -> Outcome {
     let recorded = args.compare.as_deref().map(RecordedKeys::load).transpose();
     let recorded = recorded.map_err(|e| Failure::Usage(e.to_string()))?;
     let options = Options {
-        sets: args.settings.all()?,
+        sets: args.settings.all(&opened)?,
         rate_hz: args.tick_rate,
         ..Options::default()
     };

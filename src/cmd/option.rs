@@ -1,6 +1,7 @@
 //! Values of options: numbers and quantities. What is wrong says what is wanted.
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
 use whippen_compiler::check::tick_rate;
 use whippen_compiler::rate::Rate;
@@ -12,6 +13,16 @@ pub const TICK_RATE: &str = "Ticks per second, 1 to 1000000, such as 8000, 8kHz 
 
 /// Most keys that are worth a try: more than any board has.
 const KEYS_MAX: u32 = 65_536;
+
+/// `--notes`: a name and a file.
+pub fn named_file(text: &str) -> Result<(String, PathBuf), String> {
+    match text.split_once('=') {
+        Some((name, file)) if !name.is_empty() && !file.is_empty() => {
+            Ok((name.to_string(), PathBuf::from(file)))
+        }
+        _ => Err("wanted is a live parameter and a file, such as pitch=riff.mid".to_string()),
+    }
+}
 
 /// A whole number; `usual` is one that many give.
 fn whole<T>(text: &str, range: RangeInclusive<T>, usual: T) -> Result<T, String>

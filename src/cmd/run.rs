@@ -23,6 +23,7 @@ use whippen_runtime::session::{self, Recorded, Recording, Run, RunError};
 use super::file_plan::FilePlan;
 use super::hand::HandArgs;
 use super::keys::{self, KeysArgs, Setup};
+use super::live::LiveArgs;
 use super::motion::{MotionArgs, Positions};
 use super::on_board::BoardArgs;
 use super::opened::Opened;
@@ -51,6 +52,8 @@ pub struct Args {
     motion: MotionArgs,
     #[command(flatten)]
     hand: HandArgs,
+    #[command(flatten)]
+    live: LiveArgs,
     #[command(flatten)]
     keys: KeysArgs,
     /// What runs it: jit (compiled, fixed point), interp (the reference), ideal (f64) or emulated
@@ -97,6 +100,7 @@ impl Args {
     /// All files that are read.
     fn files(&self, opened: &Opened) -> Vec<PathBuf> {
         let others = self.motion.files().chain(self.hand.files());
+        let others = others.chain(self.live.files());
         let named = opened.paths().chain(others).chain(&self.keys.midi);
         named
             .cloned()
@@ -154,7 +158,7 @@ fn run_once(args: &Args) -> Outcome {
     args.fits_engine().map_err(Failure::Usage)?;
     let (of_json, in_si) = load::json_sets(&args.set_json)?;
     let options = Options {
-        sets: [args.settings.all()?, of_json].concat(),
+        sets: [args.settings.all(&opened)?, of_json].concat(),
         in_si,
         rate_hz: args.tick_rate,
         ..Options::default()
@@ -200,6 +204,19 @@ struct Checked<'a> {
     engine: EngineKind,
 }
 
+impl<'a> Checked<'a> {
+    /// What a page says of where a run is from.
+    fn made(&self, motion: &'a [String], device: &'a Device) -> Made<'a> {
+        Made {
+            engine: self.engine,
+            motion,
+            device,
+            settings: self.settings,
+            sources: self.sources,
+        }
+    }
+}
+
 /// Runs one key.
 fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     let (program, engine) = (checked.program, checked.engine);
@@ -221,13 +238,15 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         let ticks = (seconds * f64::from(compiled.model.rate_hz)).ceil() as usize;
         positions = positions.lasting(ticks.max(1));
     }
+    let (automation, told) = args.live.load(&compiled.model)?;
     // A watch has its own way to end.
     let stop = (!args.watch).then(interrupt::stops);
     let recording = |columns: Vec<Recorded>| {
         let recording = outputs.recording(columns, &compiled, engine)?;
+        let recording = recording.changing(automation.clone());
         Ok(recording.starting(positions.start_s).until(stop))
     };
-    let (mut run, notes) = if args.hand.closes() {
+    let (mut run, mut notes) = if args.hand.closes() {
         args.hand
             .play(&compiled, &device, engine, &positions, recording)?
     } else {
@@ -235,18 +254,13 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
         let run = play(&compiled, &device, engine, &positions, recording)?;
         (run, positions.notes.clone())
     };
+    notes.extend(told);
     summary::report_run(&compiled, &run, engine, &notes);
     run.beside = measured.map(|measured| measured.beside(&compiled, &run));
     beside::report(&run);
     outputs.finish(&compiled, &run)?;
     if let Some(path) = &outputs.report {
-        let made = Made {
-            engine,
-            motion: &notes,
-            device: &device,
-            settings: checked.settings,
-            sources: checked.sources,
-        };
+        let made = checked.made(&notes, &device);
         let section = Section::of_run(&compiled, &run, &made);
         report(path, &compiled.model.name.replace('_', " "), vec![section])?;
     }

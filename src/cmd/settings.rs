@@ -1,12 +1,14 @@
 //! Parameters that the command line sets: presets, and one by one.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use clap::ValueHint;
-use whippen_runtime::preset;
+use whippen_runtime::preset::{self, Preset};
 
 use super::load;
+use super::opened::Opened;
+use crate::beside;
 use crate::exit::Failure;
 use crate::hardware::PRESET;
 
@@ -31,8 +33,11 @@ impl SettingArgs {
         self.presets.iter().filter_map(|named| PRESET.file(named))
     }
 
-    /// Names and values, each name once.
-    pub fn all(&self) -> Result<Vec<(String, String)>, Failure> {
+    /// Names and values, each name once, for a program.
+    ///
+    /// # Errors
+    /// A preset cannot be read, or is for none of its instruments.
+    pub fn all(&self, program: &Opened) -> Result<Vec<(String, String)>, Failure> {
         let own = load::sets(&self.sets)?;
         let mut all: Vec<(String, String)> = Vec::new();
         for named in &self.presets {
@@ -44,11 +49,31 @@ impl SettingArgs {
                 None => (named.to_str().and_then(preset::bundled))
                     .ok_or_else(|| Failure::Usage(PRESET.absent(named)))?,
             };
-            all.retain(|(name, _)| preset.iter().all(|(new, _)| new != name));
-            all.extend(preset);
+            check_for(&preset, named, program)?;
+            let sets = preset.sets;
+            all.retain(|(name, _)| sets.iter().all(|(new, _)| new != name));
+            all.extend(sets);
         }
         all.retain(|(name, _)| own.iter().all(|(new, _)| new != name));
         all.extend(own);
         Ok(all)
     }
+}
+
+/// Whether a preset is for an instrument of a program. One that cannot be read is told of later.
+fn check_for(preset: &Preset, named: &OsStr, program: &Opened) -> Result<(), Failure> {
+    let texts = program.sources.iter();
+    let there: Vec<String> = texts
+        .flat_map(|(_, text)| beside::instruments(text))
+        .collect();
+    let wanted = &preset.instruments;
+    if wanted.is_empty() || there.is_empty() || there.iter().any(|name| wanted.contains(name)) {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "the preset `{}` is for `{}`, and the program has `{}`",
+        named.display(),
+        wanted.join("`, `"),
+        there.join("`, `")
+    )))
 }

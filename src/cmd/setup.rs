@@ -9,7 +9,7 @@ use whippen_compiler::board::Board;
 use whippen_compiler::budget::NotBounded;
 use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::Severity;
-use whippen_compiler::firmware::{self, FirmwareError, FirmwareImage, ImageError};
+use whippen_compiler::firmware::{self, FirmwareError, FirmwareImage, ImageError, SensorTuning};
 use whippen_compiler::image::LinkError;
 use whippen_compiler::keyboard::{InstrumentId, Layout, ZoneId};
 use whippen_compiler::model::Model;
@@ -23,6 +23,7 @@ use whippen_runtime::board;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{self, ImageInstrument};
 
+use super::calibration::CalibrationArgs;
 use super::load;
 use super::opened::Opened;
 use super::option;
@@ -54,6 +55,8 @@ pub struct SetupArgs {
     settings: SettingArgs,
     #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
     device: Option<OsString>,
+    #[command(flatten)]
+    calibration: CalibrationArgs,
 }
 
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
@@ -78,6 +81,8 @@ pub struct ImageSetup {
     pub board: Board,
     /// How many keys are wanted.
     pub keys: u32,
+    /// Through what sensors are read, if not as they are.
+    tuning: Option<SensorTuning>,
     /// Instructions for all modes of a key.
     mode_instructions: usize,
 }
@@ -92,6 +97,7 @@ impl SetupArgs {
     pub fn files(&self) -> Vec<PathBuf> {
         let board = self.board.iter().filter_map(|name| BOARD.file(name));
         let board = board.chain(device::file(self.device.as_deref()));
+        let board = board.chain(self.calibration.files().cloned());
         board.chain(self.settings.files()).collect()
     }
 
@@ -170,7 +176,7 @@ impl SetupArgs {
 
     fn checked(&self, opened: &Opened) -> Result<(SourceMap, Program), Failure> {
         let options = Options {
-            sets: self.settings.all()?,
+            sets: self.settings.all(opened)?,
             rate_hz: self.rate,
             ..Options::default()
         };
@@ -204,15 +210,18 @@ impl SetupArgs {
     ) -> Result<ImageSetup, Failure> {
         let device = load::device(self.device.as_deref(), &map, program, models[0])?;
         let board = find_board(self.board.as_deref(), program.keyboards.first())?;
+        let tuning = self.calibration.tuning(&device)?;
         let compile = |&model: &&Model| load::compiled(&map, model.clone(), &device, false);
         let instruments = models.iter().map(compile).collect::<Result<_, _>>()?;
         Ok(ImageSetup {
-            keys: self.keys.unwrap_or(layout.keys),
+            // A board with a knob has one.
+            keys: self.keys.unwrap_or(board.knob.map_or(layout.keys, |_| 1)),
             instruments,
             layout,
             map,
             device,
             board,
+            tuning,
             mode_instructions: self.modes,
         })
     }
@@ -258,8 +267,21 @@ impl ImageSetup {
             layout,
             device: device.clone(),
             board: find_board(Some(OsStr::new(kind.name())), None)?,
+            tuning: None,
             mode_instructions: INSTRUCTIONS,
         })
+    }
+
+    /// That no calibration is asked for where there is no image.
+    pub fn check_reads_raw(&self) -> Result<(), Failure> {
+        match self.tuning {
+            None => Ok(()),
+            Some(_) => Err(Failure::Usage(
+                "--calibration is for whole images, .elf and .uf2: in other projects sensors are \
+                 theirs"
+                    .to_string(),
+            )),
+        }
     }
 
     /// The only instrument, or the first.
@@ -321,8 +343,9 @@ impl ImageSetup {
     ) -> Result<FirmwareImage, Failure> {
         self.check_supported()?;
         let (cores, first_note) = (self.board.cores, self.layout.first_note);
-        let setup =
+        let mut setup =
             setup(self.first(), &self.device, keys, cores, first_note).map_err(Failure::Usage)?;
+        setup.tuning.clone_from(&self.tuning);
         let layout = self
             .layout
             .with_keys(keys)

@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Outcome {
         .writes("--plot", &args.plot, &["svg", "png"])
         .check()?;
     let points = points(args).map_err(Failure::Usage)?;
-    let sets = args.settings.all()?;
+    let sets = args.settings.all(&opened)?;
     if let Some((name, _)) = sets
         .iter()
         .find(|set| args.overs.iter().any(|o| o.name == set.0))

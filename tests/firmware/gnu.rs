@@ -5,13 +5,15 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::rig::{Rig, kernel, midi, setup};
+use crate::tuning::tuning;
 use whippen_compiler::asm::{Source, assemble};
 use whippen_compiler::firmware::{
-    FirmwareError, Instrument, Passivity, ProgramCode, Setup, Support, constants, frame_constants,
-    objects, sources, support,
+    Coil, FirmwareError, Instrument, Passivity, ProgramCode, Setup, Support, constants,
+    frame_constants, objects, sources, support,
 };
 use whippen_compiler::image::{FixupKind, Section};
 use whippen_compiler::modes::Modes;
+use whippen_compiler::rate::Rate;
 use whippen_isa::Arch;
 use whippen_runtime::board;
 
@@ -89,12 +91,17 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
             past: 5,
             damping: 300,
         }),
+        tuning: (form != Form::Plain).then(tuning),
         ..setup.clone()
     };
     let mut constants = match constants(std::slice::from_ref(&program), &watched, board) {
         // It has no text for this core; the others are compared all the same.
         Err(FirmwareError::PassivityCore) if board.board.arch == Arch::V6M => {
-            constants(&[program], setup, board).expect("constants")
+            let tuned = Setup {
+                passivity: None,
+                ..watched
+            };
+            constants(&[program], &tuned, board).expect("constants")
         }
         constants => constants.expect("constants"),
     };
@@ -125,7 +132,7 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
             .filter(|s| !s.bytes.is_empty())
             .collect();
         let theirs = gnu(
-            &format!("{core}-{index}"),
+            &format!("{}-{index}", board.board.name),
             core,
             &text,
             &constants,
@@ -189,6 +196,54 @@ fn the_same_bytes() {
         let compared = compare(&board, core, setup, form);
         assert!(compared > 1200, "{core}: {compared} bytes");
     }
+}
+
+#[test]
+fn the_same_bytes_of_a_knob() {
+    if !whippen_need::tools(&["arm-none-eabi-as", "arm-none-eabi-objcopy"]) {
+        return;
+    }
+    let one = Setup {
+        keys: vec![1],
+        rate_hz: Rate::new(750_000, 17).expect("a rate"),
+        coil: Some(Coil {
+            resistance_mohm: 5000,
+            kept: 3_834_774_404,
+            peak_ma: 1000,
+            torque_constant_un_m: 63_000,
+        }),
+        ..setup()
+    };
+    let board = board::bundled("pico2_knob").expect("it is bundled");
+    let refused = |setup: &Setup| {
+        let program = Rig::new(&kernel("virtual-spring.whip"), 0).programs;
+        let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
+        constants(&program, setup, &board).expect_err("refused")
+    };
+    assert_eq!(
+        [
+            refused(&Setup {
+                keys: vec![2],
+                ..one.clone()
+            }),
+            refused(&Setup {
+                coil: None,
+                ..one.clone()
+            }),
+            refused(&Setup {
+                rate_hz: Rate::whole(44_100),
+                ..one.clone()
+            }),
+        ],
+        [
+            FirmwareError::Knobs(2),
+            FirmwareError::NoCoil,
+            FirmwareError::Period(3400, Rate::whole(44_100)),
+        ]
+    );
+    let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
+    let compared = compare(&board, "cortex-m33", &one, Form::Plain);
+    assert!(compared > 1800, "{compared} bytes");
 }
 
 /// Names that the tests of mistakes would not find: a board's text is reported as it was named.

@@ -67,7 +67,9 @@ pub fn setup() -> Setup {
             newton: NEWTON,
         })],
         first_note: 21,
+        coil: None,
         passivity: None,
+        tuning: None,
     }
 }
 
@@ -136,7 +138,17 @@ impl Rig {
 
     /// Built from programs.
     pub fn of_programs(programs: Vec<Program>, instruments: &[Instrument], setup: &Setup) -> Rig {
-        let board = board::bundled("rp2350").expect("it is bundled");
+        Rig::on(BoardKind::Rp2350, programs, instruments, setup)
+    }
+
+    /// Built for a board with two cores.
+    pub fn on(
+        kind: BoardKind,
+        programs: Vec<Program>,
+        instruments: &[Instrument],
+        setup: &Setup,
+    ) -> Rig {
+        let board = board::bundled(kind.name()).expect("it is bundled");
         let layout = Layout {
             first_note: 21,
             keys: KEYS as u32,
@@ -149,8 +161,7 @@ impl Rig {
             keys: KEYS as u32,
             rate: setup.rate_hz.fraction(),
         };
-        let (mut machine, ports) = build(BoardKind::Rp2350, BoardKind::Rp2350.board(), converter)
-            .expect("the board can be");
+        let (mut machine, ports) = build(kind, kind.board(), converter).expect("the board can be");
         for segment in &image.segments {
             machine
                 .bus

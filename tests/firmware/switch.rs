@@ -17,9 +17,14 @@ pub fn ramp(rate_hz: impl Into<Rate>) -> usize {
 
 /// Asks for another program; it begins within the next ticks.
 pub fn ask(rig: &mut Rig, request: u32, program: u32) {
+    set(rig, request, PROGRAM, program);
+}
+
+/// Asks the mailbox for a value.
+pub fn set(rig: &mut Rig, request: u32, parameter: u32, value: u32) {
     let mailbox = rig.symbol("mailbox");
-    rig.set(mailbox + 4, PROGRAM);
-    rig.set(mailbox + 8, program);
+    rig.set(mailbox + 4, parameter);
+    rig.set(mailbox + 8, value);
     rig.set(mailbox, request);
 }
 
@@ -42,12 +47,12 @@ pub fn words(rate_hz: impl Into<Rate>, ticks: std::ops::Range<usize>) -> Vec<u16
 }
 
 /// How many ticks a program has played, by core.
-fn played(rig: &Rig, program: usize) -> [u32; 2] {
+pub fn played(rig: &Rig, program: usize) -> [u32; 2] {
     [0, 1].map(|core| rig.word(rig.symbol(&format!("{}_state", keys_name(core, program))) + 12))
 }
 
 /// After how many ticks a program began that had played so many before and plays still.
-fn begins(rig: &Rig, program: usize, before: [u32; 2]) -> [usize; 2] {
+pub fn begins(rig: &Rig, program: usize, before: [u32; 2]) -> [usize; 2] {
     let now = played(rig, program);
     [0, 1].map(|core| (rig.block(core, core_block::TICK) - (now[core] - before[core])) as usize)
 }

@@ -29,7 +29,7 @@ fn moved(
 }
 
 /// The values of a column.
-fn column(run: &Run, name: &str) -> Vec<f64> {
+pub fn column(run: &Run, name: &str) -> Vec<f64> {
     let columns = run.trace.columns.iter();
     let found = columns.clone().find(|c| c.heading.name == name);
     let names = || columns.map(|c| c.heading.name.clone()).collect::<Vec<_>>();
@@ -58,13 +58,13 @@ fn partial(signal: &[f64], f_hz: f64) -> (f64, f64) {
 }
 
 /// The frequency within so many cents of a pitch at which most is heard.
-fn loudest(signal: &[f64], pitch_hz: f64, cents: i32) -> f64 {
+pub fn loudest(signal: &[f64], pitch_hz: f64, cents: i32) -> f64 {
     let all = (-cents..=cents).map(|step| pitch_hz * (f64::from(step) / 1200.0).exp2());
     let louder = |a: &f64, b: &f64| partial(signal, *a).0.total_cmp(&partial(signal, *b).0);
     all.max_by(louder).unwrap_or(pitch_hz)
 }
 
-fn cents(a_hz: f64, b_hz: f64) -> f64 {
+pub fn cents(a_hz: f64, b_hz: f64) -> f64 {
     1200.0 * (a_hz / b_hz).log2()
 }
 

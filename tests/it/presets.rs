@@ -55,6 +55,10 @@ fn what_is_no_preset_is_refused() {
         ("empty.toml", "sets nothing"),
         ("bare.toml", "unknown key `height`"),
         ("other.toml", "`--preset` cannot be used as given"),
+        (
+            "open-g",
+            "the preset `open-g` is for `keytar`, and the program has `knob`",
+        ),
     ] {
         for command in ["run", "check", "budget"] {
             shell.refuses(2, &[command, &knob, "--preset", preset], &[says]);

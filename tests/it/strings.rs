@@ -346,24 +346,18 @@ fn energy_of_integers_rises_by_no_more_than_what_they_round() {
 
 /// A string as integers hold it; `word` gives a word of a cell.
 pub fn held(lowered: &LoweredStrand, parts: u32, word: impl Fn(u32, usize) -> i64) -> RealStrand {
-    let [u, v] = lowered.cells;
-    let points = parts as usize - 1;
-    let mut state = RealStrand {
-        u: vec![0.0],
-        v: vec![0.0],
-    };
-    // Displacements wrap, differences of neighbours do not.
-    let (mut before, mut sum) = (0_i32, 0_i64);
-    for point in 0..points {
-        let here = word(u, point) as i32;
-        sum += i64::from(here.wrapping_sub(before));
-        before = here;
-        state.u.push(sum as f64 * 0.5 * lowered.lsb);
-        state.v.push(word(v, point) as f64 * lowered.lsb);
-    }
-    state.u.push(0.0);
-    state.v.push(0.0);
-    state
+    let [e, v] = lowered.cells;
+    let parts = parts as usize;
+    let mut sum = 0_i64;
+    let grows = (0..parts).map(|part| {
+        sum += word(e, part);
+        sum as f64 * 0.5 * lowered.lsb
+    });
+    let u = std::iter::once(0.0).chain(grows).collect();
+    let rates = (0..parts - 1).map(|point| word(v, point) as f64 * lowered.lsb);
+    let [first, last] = [0.0; 2].map(std::iter::once);
+    let v = first.chain(rates).chain(last).collect();
+    RealStrand { u, v }
 }
 
 /// The strings of an interpreter.

@@ -147,13 +147,16 @@ fn options_say_what_number_is_wanted() {
 #[test]
 fn hardware_that_is_not_there_says_what_is() {
     let shell = Shell::new().with("lamp.whip", LAMP);
-    let boards = ["boards are rp2040, rp2350, stm32f4", "docs/build.md"];
+    let boards = [
+        "boards are pico2_knob, rp2040, rp2350, stm32f4",
+        "docs/build.md",
+    ];
     let near = "did you mean `rp2350`?";
     for board in ["rp235", "rp235.toml", "boards/rp235.toml"] {
         let says = [&boards[..], &[near]].concat();
         shell.refuses(2, &["budget", "lamp.whip", "--board", board], &says);
     }
-    let devices = ["devices are knob, mikey", "docs/how-to/device.md"];
+    let devices = ["devices are gimbal, knob, mikey", "docs/how-to/device.md"];
     shell.refuses(
         2,
         &["run", "lamp.whip", "--device", "absent.toml"],

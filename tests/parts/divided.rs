@@ -1,11 +1,11 @@
 //! Which core runs what changes no bit; and what there is against a core that is late.
 
-use whippen_compiler::firmware::{POLL, Role, WAIT, core_block};
+use whippen_compiler::firmware::{EARLY, POLL, Role, WAIT, core_block};
 use whippen_compiler::pipeline::Compiled;
 use whippen_emulator::BoardKind;
 
 use crate::rig::{Image, Rig};
-use crate::{WEIGHTS, compiled};
+use crate::{SLOW_HZ, WEIGHTS, bent_violin, bow, compiled};
 
 /// Ticks per second at which an RP2350 has time for the weights.
 const FAST_HZ: u32 = 22_050;
@@ -63,12 +63,43 @@ fn a_core_that_does_not_wait_is_noticed() {
     assert!(waits != does_not);
 }
 
+/// Strings whose head takes longer than what core 1 does early.
+fn late_head() -> Image {
+    let text = bent_violin("x' * along + y' * lean", "x' * 5 s/m", "0.4 m/s * bent60");
+    let compiled = compiled(&text, SLOW_HZ);
+    let image = Image::of(&compiled, BoardKind::Rp2350);
+    let cut = image.bounded().contended.cut.expect("parts");
+    let early = cut.helped.and_then(|helped| helped.early_cycles_max());
+    let [led, early] = early.expect("core 1 begins early");
+    assert!(early < led);
+    image
+}
+
+/// Core 1 begins while core 0 runs the head, and then waits for what that leaves.
+#[test]
+fn a_core_that_does_not_wait_for_the_head_is_noticed() {
+    let image = late_head();
+    // cmp r2, r1 becomes cmp r1, r1.
+    let fault = (image.symbol(EARLY) + 2, [0x428a, 0x4289]);
+    let [waits, does_not] =
+        [vec![], vec![fault]].map(|changed| Rig::new(&image, &changed).play((0..150).map(bow)));
+    assert!(waits.iter().flatten().filter(|word| **word != 0).count() > 100);
+    assert!(waits != does_not);
+}
+
 /// Core 1 stays where it looks for a number: no force, and every tick counts as missed.
 #[test]
 fn a_core_that_never_comes_is_given_up() {
-    let image = slow_helper();
-    let mut rig = Rig::new(&image, &[(image.symbol(POLL[1]) + 4, [0xd0fc, 0xe7fe])]);
-    let words = rig.play(rows(60));
-    assert!(words.iter().flatten().all(|word| *word == 0));
-    assert!(rig.block(core_block::MISSED) > 20);
+    // beq and bne become branches to themselves.
+    let never = |image: &Image, label: &str, looks: u16| {
+        let changed = [(image.symbol(label) + 4, [looks, 0xe7fe])];
+        let mut rig = Rig::new(image, &changed);
+        let words = rig.play((0..60).map(bow));
+        assert!(words.iter().flatten().all(|word| *word == 0), "{label}");
+        assert!(rig.block(core_block::MISSED) > 20, "{label}");
+    };
+    never(&slow_helper(), POLL[1], 0xd0fc);
+    let early = late_head();
+    never(&early, POLL[1], 0xd0fc);
+    never(&early, EARLY, 0xd1fc);
 }

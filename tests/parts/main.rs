@@ -49,6 +49,28 @@ instrument weights {
 }
 ";
 
+/// The violin, with something of it replaced by a number from 0 to 1 that takes long to compute of
+/// something else, and moves with every bit of that.
+fn bent_violin(what: &str, of: &str, with: &str) -> String {
+    assert!(VIOLIN.contains(what));
+    let bends = (1..=60).map(|bend| {
+        let before = match bend {
+            1 => of.to_string(),
+            _ => format!("bent{}", bend - 1),
+        };
+        format!("    let bent{bend} = 0.5 + 0.4 * sin(5 * ({before}))\n")
+    });
+    let (head, rest) = VIOLIN.split_once("    let sigma0").expect("losses");
+    let bends: String = bends.collect();
+    format!("{head}{bends}    let sigma0{rest}").replace(what, with)
+}
+
+/// Words of a bow that goes to and fro on all strings of a violin.
+fn bow(tick: usize) -> Vec<u16> {
+    let x = 32_000.0 + 25_000.0 * (tick as f64 / 60.0).sin();
+    vec![x as u16, 25_000, 32_768, 32_768]
+}
+
 /// The only instrument of a text, at so many ticks a second.
 fn compiled(text: &str, rate_hz: u32) -> Compiled {
     let mut map = SourceMap::default();

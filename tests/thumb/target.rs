@@ -263,6 +263,7 @@ fn memory(arch: Arch) -> LinkBoard {
             pattern: "*".to_string(),
             memory: ram.name.clone(),
         }],
+        knob: None,
         fetches_apart: arch != Arch::V6M,
         banks: vec!["RAM".to_string()],
         memory: vec![ram],

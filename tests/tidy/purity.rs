@@ -13,7 +13,7 @@ const WRITTEN: &str = "tests/build/bindings/probe_module.rs";
 
 /// Crates that work on integers.
 const INTEGERS: &[&str] = &[
-    "arm", "board", "budget", "c99", "firmware", "jit", "kernel", "modes",
+    "arm", "board", "budget", "c99", "firmware", "jit", "kernel", "modes", "wasm",
 ];
 
 /// Floating point in them: file and word, why.

@@ -63,6 +63,10 @@ const LONG_FUNCTIONS: &[(&str, &str)] = &[
         "a paragraph for each kind of declaration",
     ),
     (
+        "compiler/wasm/src/arithmetic.rs: operator",
+        "an arm for each operator",
+    ),
+    (
         "compiler/lang/src/model/print.rs: text",
         "an arm for each part of a model",
     ),

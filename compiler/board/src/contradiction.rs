@@ -32,6 +32,7 @@ impl Board {
             .or_else(|| self.stacks_outside())
             .or_else(|| self.devices_outside())
             .or_else(|| self.start_outside_flash())
+            .or_else(|| self.knob_that_cannot_be())
     }
 
     /// Memories and buses that share addresses.

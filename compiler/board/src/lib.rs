@@ -9,12 +9,14 @@
 //! Not here: reading files, pipelines of cores (`whippen_isa::timing`), the firmware's texts.
 
 mod contradiction;
+mod knob;
 mod memory;
 
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 
 pub use contradiction::Contradiction;
+pub use knob::{FRAME_CYCLES, Knob};
 pub use memory::{AccessTime, BANKS_MAX, BankSet, Bus, Memory, MemoryKind};
 
 /// Which sections go into a memory.
@@ -64,12 +66,14 @@ pub struct Board {
     pub buses: Vec<Bus>,
     /// Devices that the firmware uses, by name, with the first address of each.
     pub devices: Vec<(String, u32)>,
-    /// Number of the converter's interrupt.
+    /// Number of the interrupt of a tick: the converter's, or that of the knob's sensor.
     pub converter_interrupt: u32,
     /// Where the stack of each core ends: the address behind its highest word.
     pub stacks: Vec<u32>,
     /// What goes where.
     pub places: Vec<Placement>,
+    /// The knob on its pins, in place of the emulator's converter.
+    pub knob: Option<Knob>,
 }
 
 /// What is at an address.

@@ -125,8 +125,11 @@ fn around<'a>(
             code_banks(image, board, other),
             data_banks(image, program, board, other),
         ];
-        // Core 0 writes to core 1's memory only while that waits.
-        others.remote_accesses = if core == 0 { cut.crossing_back() } else { 0 };
+        // Core 0 writes to core 1's memory only while that waits, or does what is early.
+        others.remote_accesses = match core {
+            0 => cut.crossing_back(),
+            _ => cut.crossing_early(),
+        };
     }
     let is_only = cores == 1 && cut.is_none();
     let own_code = code_banks(image, board, core);

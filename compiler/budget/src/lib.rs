@@ -55,7 +55,7 @@ pub use contention::ByContention;
 pub use cores::{Bounded, cores};
 pub use error::NotBounded;
 pub use memory::{Accessed, Extent, Interference, Lies, Others, Reach, Waits};
-pub use parts::{CutBound, Helped, PartBound};
+pub use parts::{CutBound, Helped, Leg, PartBound};
 pub use program::Program;
 pub use report::{Budget, CoreBudget};
 pub use tick::{Tick, tick_without_waiting, ticks};

@@ -1,18 +1,31 @@
 //! An instrument in parts: what its members take, on one core or on two.
 //!
 //! Where core 1 has members, both cores are bounded from the moment in which core 0 begins to start
-//! it. Core 0 leaves its wait at most so late, whichever is the longer:
+//! it. Between two places where they meet each runs a leg: it begins where the core looks for the
+//! other's number, and ends where it has written its own and looks for the next one.
 //!
 //! ```text
-//!   own      core 0's members, and a wait that finds `done` at once
-//!   helped   until `go` is written + core 1 until `done` is written + rounds of the wait that is left
+//!   core 0   members' calls -> [led, early?] -> members -> done? -> end
+//!   core 1   go? -> [early -> early, led?] -> members -> done
 //! ```
 //!
-//! Both cores have one clock, so their cycles add up. Each looks for the other's number in a loop.
+//! A core either finds the number with its first look, and then its leg begins when it looked; or
+//! it waits, and then its leg begins when the other core wrote. Which of both is later is not
+//! known, so the end of a leg is the longer of
+//!
+//! ```text
+//!   when it began to look + the leg with one round of its wait
+//!   when the other wrote  + the leg with three rounds
+//! ```
+//!
 //! A number that comes during a round is found in the next one, so two rounds follow it at most;
-//! three are charged, which covers a core 1 that has just gone back to its loop. How often the wait
-//! may go round is then no question: it ends by itself only after as many rounds as a tick has
-//! cycles, each of one cycle at least, and a bound that long is refused as late.
+//! three are charged, which covers a core 1 that has just gone back to its loop. Both cores have
+//! one clock, so their cycles add up. How often the wait may go round is then no question: it ends
+//! by itself only after as many rounds as a tick has cycles, each of one cycle at least, and a
+//! bound that long is refused as late.
+//!
+//! Core 0 writes to the memory of core 1 while that does what is early; each word makes one of its
+//! accesses wait at most.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +34,9 @@ use super::memory::Interference;
 use super::tick::ticks;
 use super::tick_handler::{OnCore, ZoneBound, find};
 use super::{Annotations, Bound, ByContention, Known, NotBounded, bound};
-use whippen_firmware::{Cut, FINISHED, MEMBERS, POLL, RUNNING, Role, WAIT, WENT};
+use whippen_firmware::{
+    Cut, EARLY, FINISHED, LED, LEFT, MEET, MEMBERS, POLL, RUNNING, Role, UNMET, WAIT, WENT,
+};
 
 /// Rounds of a loop that looks for the other core's number, once that is there.
 const ROUNDS: u32 = 3;
@@ -49,30 +64,93 @@ pub struct CutBound {
 /// The bounds of members on two cores.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Helped {
-    /// Core 0, where it need not wait.
-    pub own: Bound,
     /// Core 0 until it has started core 1.
     pub start: Bound,
-    /// Core 1 from its loop to where it is done.
-    pub core1: Bound,
-    /// Core 0 from the number to the end of its wait.
-    pub leave: Bound,
+    /// What core 0 runs before, between and behind the places where the cores meet.
+    pub core0: Vec<Leg>,
+    /// What core 1 runs before and between them.
+    pub core1: Vec<Leg>,
+}
+
+/// What a core runs from where it looks for the other's number to where it looks for the next one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Leg {
+    /// Where the number is there at once.
+    pub at_once: Bound,
+    /// Where it is waited for.
+    pub late: Bound,
+    /// Cycles that it waits for words that the other core writes to its memory, at most.
+    pub visits_cycles: u64,
+}
+
+impl Leg {
+    /// When it ends at the latest, where it began to look and the other core wrote by then.
+    fn end(&self, looks: u64, written: u64) -> u64 {
+        let began = (looks + self.at_once.cycles_max).max(written + self.late.cycles_max);
+        began + self.visits_cycles
+    }
 }
 
 impl Helped {
+    /// When the cores have written their numbers and look for the other's, where they meet first,
+    /// second and so on, at the latest.
+    fn meetings(&self) -> Vec<[u64; 2]> {
+        let start = self.start.cycles_max;
+        let mut cycles = [0, start];
+        let legs = self.core0.iter().zip(&self.core1);
+        let meeting = |(number, [own, helper]): (usize, [&Leg; 2])| {
+            let written = if number == 0 {
+                [0, start]
+            } else {
+                [cycles[1], cycles[0]]
+            };
+            cycles = [
+                own.end(cycles[0], written[0]),
+                helper.end(cycles[1], written[1]),
+            ];
+            cycles
+        };
+        let legs = legs.map(|(own, helper)| [own, helper]);
+        legs.enumerate().map(meeting).collect()
+    }
+
+    /// When the cores meet before their members, where core 1 begins early: until core 0 has led,
+    /// and until core 1 has done what is early, at most.
+    pub fn early_cycles_max(&self) -> Option<[u64; 2]> {
+        let meetings = self.meetings();
+        (meetings.len() > 1).then(|| meetings[0])
+    }
+
+    /// Until each core is done with its members, at most.
+    pub fn members_cycles_max(&self) -> [u64; 2] {
+        self.meetings().last().copied().unwrap_or_default()
+    }
+
     /// Cycles of core 0 with its wait, at most.
     pub fn cycles_max(&self) -> u64 {
-        self.own.cycles_max.max(self.helped_cycles_max())
+        let [looks, written] = self.members_cycles_max();
+        self.core0.last().map_or(0, |leg| leg.end(looks, written))
     }
 
-    /// The same where it waits.
-    pub fn helped_cycles_max(&self) -> u64 {
-        let bounds = [&self.start, &self.core1, &self.leave];
-        bounds.into_iter().map(|bound| bound.cycles_max).sum()
+    /// Bytes of core 0's stack, at most.
+    fn stack_bytes_max(&self) -> u32 {
+        // What is on it where they meet is on it until the end.
+        let kept = self
+            .core0
+            .first()
+            .map_or(0, |leg| leg.late.stack_left.unsigned_abs());
+        let legs = self.core0.iter().enumerate();
+        let bytes = legs.map(|(number, leg)| {
+            let before = if number == 0 { 0 } else { kept };
+            before + leg.late.stack_bytes_max
+        });
+        bytes.max().unwrap_or(0)
     }
 
-    fn bounds(&self) -> [&Bound; 4] {
-        [&self.own, &self.start, &self.core1, &self.leave]
+    fn bounds(&self) -> impl Iterator<Item = &Bound> {
+        let legs = self.core0.iter().chain(&self.core1);
+        let legs = legs.flat_map(|leg| [&leg.at_once, &leg.late]);
+        legs.chain([&self.start])
     }
 }
 
@@ -194,28 +272,49 @@ impl OnCore<'_> {
     ) -> Result<Helped, NotBounded> {
         debug_assert_eq!(cut.parts.len(), parts.len());
         let place = |name: &str| find(self.program, name);
-        let at = |of: &OnCore, core, entry: &str, stop: Option<&str>, rounds| {
-            let stops: BTreeSet<u32> = stop.map(place).transpose()?.into_iter().collect();
+        let at = |of: &OnCore, entry: &str, stop: Option<&str>, rounds| {
+            // The way on which core 0 gives up before its members is no longer than a tick.
+            let gives_up = (stop == Some(LEFT) && cut.has_early()).then_some(UNMET);
+            let stops = stop.into_iter().chain(gives_up).map(place);
+            let stops = stops.collect::<Result<BTreeSet<u32>, NotBounded>>()?;
             let mut annotations = Annotations {
-                known: known_on(of, parts, core)?,
+                known: known_on(of, parts, of.number)?,
                 bases: of.stack_base()?,
                 inside: true,
                 stops,
                 ..of.program.annotations.clone()
             };
-            let looking = [WAIT, POLL[1]].map(place);
-            for head in looking {
-                annotations.loops.insert(head?, rounds);
+            let early = [MEET, EARLY].into_iter().filter(|_| cut.has_early());
+            for head in [WAIT, POLL[1]].into_iter().chain(early) {
+                annotations.loops.insert(place(head)?, rounds);
             }
             bound(&of.query(place(entry)?, &annotations))
         };
-        let helped = Helped {
-            own: at(self, 0, MEMBERS, None, 1)?,
-            start: at(self, 0, MEMBERS, Some(WENT), 1)?,
-            core1: at(helper, 1, POLL[0], Some(FINISHED), ROUNDS)?,
-            leave: at(self, 0, WAIT, None, ROUNDS)?,
+        let legs = |of: &OnCore, places: &[Option<&str>], visits_cycles: &[u64]| {
+            let ends = places.windows(2).zip(visits_cycles.iter().chain(&[0; 3]));
+            let leg = |(ends, visits): (&[Option<&str>], &u64)| {
+                let from = ends[0].unwrap_or_default();
+                Ok(Leg {
+                    at_once: at(of, from, ends[1], 1)?,
+                    late: at(of, from, ends[1], ROUNDS)?,
+                    visits_cycles: *visits,
+                })
+            };
+            ends.map(leg).collect::<Result<Vec<Leg>, NotBounded>>()
         };
-        helper.has_stack_room(helper.stack()?.0, helped.core1.stack_bytes_max)?;
+        let (led, early) = match cut.has_early() {
+            true => (vec![Some(LED)], vec![Some(EARLY)]),
+            false => (vec![], vec![]),
+        };
+        let on_core0 = [vec![Some(MEMBERS)], led, vec![Some(LEFT), None]].concat();
+        let on_core1 = [vec![Some(POLL[0])], early, vec![Some(FINISHED)]].concat();
+        let helped = Helped {
+            start: at(self, MEMBERS, Some(WENT), 1)?,
+            core0: legs(self, &on_core0, &[])?,
+            core1: legs(helper, &on_core1, &[helper.visits_cycles()])?,
+        };
+        let stacks = helped.core1.iter().map(|leg| leg.late.stack_bytes_max);
+        helper.has_stack_room(helper.stack()?.0, stacks.max().unwrap_or(0))?;
         Ok(helped)
     }
 
@@ -235,7 +334,7 @@ impl OnCore<'_> {
         if let Some(helped) = &cut.helped {
             let both = Known {
                 cycles: helped.cycles_max(),
-                stack_bytes: helped.own.stack_bytes_max,
+                stack_bytes: helped.stack_bytes_max(),
             };
             known.insert((None, find(self.program, MEMBERS)?), both);
         }

@@ -1,6 +1,7 @@
 //! The budget: what a tick may take, what it takes at most, and what is left.
 
 use std::fmt;
+use whippen_board::Board;
 use whippen_rate::Rate;
 
 use super::cores::Bounded;
@@ -9,7 +10,8 @@ use whippen_isa::timing::Evidence;
 /// Whether every core does its keys in time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Budget {
-    /// Cycles between two ticks, rounded down.
+    /// Cycles that a tick may take: those between two ticks, rounded down, or fewer where the board
+    /// says when its outputs are due.
     pub period_cycles: u64,
     /// Cycles of a second.
     pub clock_hz: u32,
@@ -64,9 +66,10 @@ impl fmt::Display for Budget {
 }
 
 impl Budget {
-    /// Of cores that are bounded, at so many cycles and ticks a second.
-    pub fn of(cores: &[Bounded], clock_hz: u32, rate_hz: Rate) -> Self {
-        let period_cycles = rate_hz.cycles_min(clock_hz);
+    /// Of cores that are bounded, on a board with so many ticks a second.
+    pub fn of(cores: &[Bounded], board: &Board, rate_hz: Rate) -> Self {
+        let clock_hz = board.clock_hz;
+        let period_cycles = board.deadline_cycles(rate_hz.cycles_min(clock_hz));
         let key = |of: &dyn Fn(&Bounded) -> u64| cores.iter().map(of).max().unwrap_or(0);
         let core = |core: &Bounded| {
             let slack_cycles = period_cycles as i64 - core.contended.cycles_max as i64;

@@ -318,7 +318,7 @@ impl<'a> OnCore<'a> {
     }
 
     /// What the other core's visits cost a frame.
-    fn visits_cycles(&self) -> u64 {
+    pub(super) fn visits_cycles(&self) -> u64 {
         let others = &self.interference.others;
         u64::from(others.remote_accesses * self.interference.remote_access_cycles())
     }

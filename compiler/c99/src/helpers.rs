@@ -101,21 +101,25 @@ static inline uint32_t whippen_top(int32_t k, int32_t x)
     return (uint32_t)(((int64_t)k * x + 0x80000000) >> 32);
 }
 
-/* One tick of a string of n points, each so many words behind the last: bends wb, w, wa of the point before, here, behind; rates alike. */
-static inline void whippen_wave(int32_t *u, int32_t *v, int step, int n, int32_t k0, int32_t k1, int32_t k2, int32_t k3, int left, int right)
+/* One tick of a string of n points, whose words are so many apart: slopes e, bends w, rates v; what a point does to its neighbours is p. */
+static inline void whippen_wave(int32_t *e, int32_t *v, int step, int n, int32_t k0, int32_t k1, int32_t k2, int32_t k3, int left, int right)
 {
-    int32_t u0 = u[0], u1 = u[step], e = (int32_t)((uint32_t)u1 - (uint32_t)u0), vb = 0, v0 = v[0];
-    int32_t wb = whippen_sat((int64_t)left * u0), w = whippen_sat((int64_t)e - u0);
-    for (int l = 0; l < n; l++, u += step, v += step) {
-        int32_t ua = l + 2 < n ? u[2 * step] : 0, va = l + 1 < n ? v[step] : 0;
-        int32_t ea = (int32_t)((uint32_t)ua - (uint32_t)u1);
-        int32_t wa = whippen_sat(l + 1 < n ? (int64_t)ea - e : (int64_t)right * u0);
-        uint32_t a = whippen_top(k0, w) + whippen_top(k1, whippen_sat((int64_t)wb + wa));
-        a += whippen_top(k2, whippen_sat((int64_t)vb + va)) + whippen_top(k3, v0);
-        *v = whippen_sat((int64_t)v0 + (int32_t)a);
-        *u = (int32_t)((uint32_t)u0 + 2 * (uint32_t)*v);
-        u0 = u1; u1 = ua; e = ea; wb = w; w = wa; vb = v0; v0 = va;
+    int32_t e0 = e[0], e1 = e[step], v0 = v[0], before = 0;
+    int32_t w = whippen_sat((int64_t)e1 - e0);
+    uint32_t pb = whippen_top(k1, whippen_sat((int64_t)left * e0));
+    uint32_t p = whippen_top(k1, w) + whippen_top(k2, v0);
+    for (int l = 0; l < n; l++, e += step, v += step) {
+        int more = l + 1 < n;
+        int32_t e2 = more ? e[2 * step] : 0, va = more ? v[step] : 0;
+        int32_t wa = whippen_sat(more ? (int64_t)e2 - e1 : (int64_t)right * whippen_sat(-(int64_t)e1));
+        uint32_t pa = whippen_top(k1, wa) + whippen_top(k2, va);
+        int32_t q = (int32_t)(pb + whippen_top(k0, w) + whippen_top(k3, v0));
+        int32_t now = whippen_sat((int64_t)v0 + whippen_sat((int64_t)q + (int32_t)pa));
+        *v = now;
+        *e = (int32_t)((uint32_t)e0 + 2 * ((uint32_t)now - (uint32_t)before));
+        e0 = e1; e1 = e2; w = wa; v0 = va; pb = p; p = pa; before = now;
     }
+    *e = (int32_t)((uint32_t)e0 - 2 * (uint32_t)before);
 }
 #endif
 ";

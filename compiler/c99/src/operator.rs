@@ -73,7 +73,7 @@ impl Writer<'_> {
             Op::Set(cell) => format!("{} = {a}", self.cell(cell, "0")),
             Op::GetAt(cell) => self.cell_at(cell, a),
             Op::SetAt(cell) => format!("{} = {b}", self.cell_at(cell, a)),
-            Op::Wave(u, v) => self.wave(inst, [u, v]),
+            Op::Wave(e, v) => self.wave(inst, [e, v]),
             Op::Delay(line, ticks) => self.element(line, &self.slot(line, ticks)),
             Op::DelayAt(line) => self.element_at(line, a),
             Op::Push(line) => self.pushed(line, a),
@@ -134,10 +134,10 @@ impl Writer<'_> {
         self.cell(cell, &self.inside(index, len))
     }
 
-    /// One tick of a string: the function gets its first points and the words from one to the next.
+    /// One tick of a string: the function gets its first words and the words from one to the next.
     fn wave(&self, inst: &Inst, cells: [u32; 2]) -> String {
-        let [u, v] = cells.map(|cell| self.cell(cell, "0"));
-        let count = self.kernel.cells[cells[0] as usize].len;
+        let [e, v] = cells.map(|cell| self.cell(cell, "0"));
+        let count = self.kernel.cells[cells[1] as usize].len;
         let step = match self.options.layout {
             Layout::Records => 1,
             Layout::Columns => self.options.keys,
@@ -145,7 +145,7 @@ impl Writer<'_> {
         let k: Vec<&str> = inst.args[..4].iter().map(|k| self.value(*k)).collect();
         let [left, right] = wave::ends(&self.kernel.values, &inst.args);
         let k = k.join(", ");
-        format!("whippen_wave(&{u}, &{v}, {step}, {count}, {k}, {left}, {right})")
+        format!("whippen_wave(&{e}, &{v}, {step}, {count}, {k}, {left}, {right})")
     }
 
     fn lookup(&self, table: u32, column: u32, row: &str) -> String {

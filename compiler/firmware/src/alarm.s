@@ -32,6 +32,13 @@ alarmed:
         cmp     r0, r1
         beq     1f
         ldr     r1, =beginning          @ no key has begun: the chain of keys ends before the first
+        .if     TUNING
+        ldr     r2, =tuning
+        cmp     r0, r2
+        bne     3f
+        ldr     r1, =watch
+3:
+        .endif
         ldr     r2, [r0, #P_STATE]
         ldr     r3, [r0, #P_GAINS]
         str     r0, [r4, #C_PROGRAM]
@@ -52,6 +59,9 @@ alarmed:
         bne     2b
         .else
         bl      chain_to
+        .endif
+        .if     TUNING
+        bl      forget
         .endif
 1:      ldr     r0, [r4, #C_ROWS]       @ drive words of both halves
         ldr     r1, [r4, #C_ROWS + 4]

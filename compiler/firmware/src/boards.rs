@@ -26,8 +26,11 @@ struct Texts {
     arch: Arch,
     cores: u32,
     start: Start,
+    /// Whether a knob is on its pins, and not the converter of the emulator.
+    knob: bool,
     /// The clock that the start sets (cycles per second).
     clock_hz: u32,
+    tick: Source<'static>,
     rest: &'static [Source<'static>],
     constants: &'static [(&'static str, i64)],
     /// Devices that the texts reach; each is a constant of its name in capitals.
@@ -46,6 +49,34 @@ const CONVERTER_START: Source<'static> = Source {
     text: include_str!("converter_start.s"),
 };
 
+/// A tick with a knob on the chip's pins.
+const KNOB: Source<'static> = Source {
+    name: "firmware/knob.s",
+    text: include_str!("knob.s"),
+};
+
+/// How its parts are started, and its motor found.
+const KNOB_START: Source<'static> = Source {
+    name: "firmware/knob_start.s",
+    text: include_str!("knob_start.s"),
+};
+
+/// Clocks of RP2350.
+const RP2350_START: Source<'static> = Source {
+    name: "firmware/rp2350.s",
+    text: include_str!("rp2350.s"),
+};
+
+/// Constants of its texts.
+const RP2350: &[(&str, i64)] = &[
+    ("WATCHDOG_LOAD", 10_000),
+    ("PSM", 0x4001_8000),
+    // Without ROSC and XOSC, bits 2 and 3.
+    ("PSM_STAGES", 0x01ff_fff3),
+    ("RESETS", 0x4002_0000),
+    ("RESET_UART", 1 << 26),
+];
+
 /// What RP2350 and RP2040 have alike.
 const RP2: Source<'static> = Source {
     name: "firmware/rp2.s",
@@ -61,30 +92,31 @@ const TEXTS: &[Texts] = &[
         arch: Arch::V8M,
         cores: 2,
         start: Start::ImageDef,
+        knob: false,
         clock_hz: 150_000_000,
-        rest: &[
-            Source {
-                name: "firmware/rp2350.s",
-                text: include_str!("rp2350.s"),
-            },
-            RP2,
-            CONVERTER_START,
-        ],
-        constants: &[
-            ("WATCHDOG_LOAD", 10_000),
-            ("PSM", 0x4001_8000),
-            // Without ROSC and XOSC, bits 2 and 3.
-            ("PSM_STAGES", 0x01ff_fff3),
-            ("RESETS", 0x4002_0000),
-            ("RESET_UART", 1 << 26),
-        ],
+        tick: CONVERTER,
+        rest: &[RP2350_START, RP2, CONVERTER_START],
+        constants: RP2350,
         devices: RP2_DEVICES,
+    },
+    Texts {
+        arch: Arch::V8M,
+        cores: 1,
+        start: Start::ImageDef,
+        knob: true,
+        clock_hz: 150_000_000,
+        tick: KNOB,
+        rest: &[RP2350_START, RP2, KNOB_START],
+        constants: RP2350,
+        devices: &["uart", "io_bank0", "pads_bank0", "watchdog", "pwm", "pio0"],
     },
     Texts {
         arch: Arch::V6M,
         cores: 2,
         start: Start::Boot2,
+        knob: false,
         clock_hz: 133_000_000,
+        tick: CONVERTER,
         rest: &[
             Source {
                 name: "firmware/rp2040.s",
@@ -108,7 +140,9 @@ const TEXTS: &[Texts] = &[
         arch: Arch::V7EM,
         cores: 1,
         start: Start::Vectors,
+        knob: false,
         clock_hz: 168_000_000,
+        tick: CONVERTER,
         rest: &[
             Source {
                 name: "firmware/stm32f4.s",
@@ -172,7 +206,8 @@ fn frequency(hz: u32) -> String {
 /// There is none, or the board contradicts it.
 pub fn support(board: &Board) -> Result<Support<'_>, Unsupported> {
     let of_board = |texts: &&Texts| {
-        (texts.arch, texts.cores, texts.start) == (board.arch, board.cores, board.start)
+        (texts.arch, texts.cores, texts.start, texts.knob)
+            == (board.arch, board.cores, board.start, board.knob.is_some())
     };
     let texts = TEXTS
         .iter()
@@ -186,7 +221,7 @@ pub fn support(board: &Board) -> Result<Support<'_>, Unsupported> {
         return Err(Unsupported::Device(name));
     }
     Ok(Support {
-        tick: CONVERTER,
+        tick: texts.tick,
         rest: texts.rest,
         constants: texts.constants,
         board,
@@ -286,6 +321,12 @@ const SOUND: Source<'static> = Source {
     text: include_str!("sound.s"),
 };
 
+/// Sensors: calibration and tuning.
+const TUNING: Source<'static> = Source {
+    name: "firmware/tuning.s",
+    text: include_str!("tuning.s"),
+};
+
 /// What frames of all cores have.
 const ALARM: Source<'static> = Source {
     name: "firmware/alarm.s",
@@ -299,6 +340,7 @@ const FRAME: &[Source<'static>] = &[
     LATCH,
     ALARM,
     SOUND,
+    TUNING,
     Source {
         name: "firmware/service.s",
         text: include_str!("service.s"),
@@ -344,6 +386,7 @@ const SMALL_FRAME: &[Source<'static>] = &[
     LATCH,
     ALARM,
     SOUND,
+    TUNING,
     Source {
         name: "firmware/v6m/service.s",
         text: include_str!("v6m/service.s"),

@@ -13,7 +13,7 @@ use super::image::has_helper;
 use super::offsets::assembly_constants;
 use super::ports::Guards;
 use super::sound::channels;
-use super::{FirmwareError, Motor, Passivity, Setup, Support, drive_offset_bytes};
+use super::{FirmwareError, Motor, Passivity, Setup, Support, drive_offset_bytes, knob};
 
 /// What the offset of a load reaches.
 pub(super) const RECORD_MAX: u32 = 4092;
@@ -129,10 +129,19 @@ pub fn constants(
     put("CREDIT", passivity.credit.into());
     // A gain is less than 1 when less than a quarter to a half of the credit is left.
     put("CREDIT_SHIFT", u64::from(passivity.credit.ilog2() - 17));
+    put("TUNING", setup.tuning.is_some().into());
+    if let Some(tuning) = &setup.tuning {
+        tuning.check(setup)?;
+        put("TABLE_SPAN", tuning.span().into());
+        put("TABLE_FALLS", tuning.falls().into());
+        put("TABLE_REST", tuning.rest_scaled() as u64);
+    }
     let [ticks, seconds] = setup.rate_hz.fraction();
     put("RATE", ticks.into());
     put("RATE_SECONDS", seconds.into());
     all.extend(board.numbers());
+    let of_knob = knob::constants(setup, board)?.into_iter();
+    all.extend(of_knob.map(|(name, value)| (name.to_string(), value)));
     Ok(all)
 }
 

@@ -92,6 +92,20 @@ guards0: .space 16 * GUARDS0
 guards1: .space 16 * GUARDS1
         .endif
 
+@ What each key's sensor read (tuning.s).
+        .if     TUNING
+        .section .bss.core0.watched, "aw", %nobits
+        .balign 4
+        .global watched0
+watched0: .space 16 * KEYS0
+        .endif
+        .if     TUNING * (CORES - 1)
+        .section .bss.core1.watched, "aw", %nobits
+        .balign 4
+        .global watched1
+watched1: .space 16 * KEYS1
+        .endif
+
 @ What each key's motor gave and got (passivity.s).
         .if     PAST
         .section .bss.ledger, "aw", %nobits
@@ -118,6 +132,18 @@ start_keys:                             @ R1: which half holds sensor words
         ldr     r4, =core1
         bl      free_keys
         .endif
+        .if     TUNING
+        ldr     r1, [sp]
+        ldr     r4, =core0
+        ldr     r2, =linearise_core0
+        bl      linearise_row
+        .if     CORES > 1
+        ldr     r1, [sp]
+        ldr     r4, =core1
+        ldr     r2, =linearise_core1
+        bl      linearise_row
+        .endif
+        .endif
         ldr     r2, =programs
         ldr     r3, [r2]                @ every program of both cores, so that each can begin at any time
         .if     CORES > 1
@@ -139,6 +165,15 @@ start_keys:                             @ R1: which half holds sensor words
         subs    r3, #1
         bne     1b
         pop     {r1, pc}
+
+@ The sensor words of half R1 of the core at R4, by its function at R2.
+        .if     TUNING
+linearise_row:
+        lsls    r1, r1, #2
+        adds    r1, r4, r1
+        ldr     r1, [r1, #C_ROWS]
+        bx      r2
+        .endif
 
 @ Gains 0, ceilings 1, for the core at R4.
 free_keys:

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use whippen_arm::asm::AsmError;
+use whippen_rate::Rate;
 
 use super::constants::{PROGRAMS_MAX, RECORD_MAX};
 use super::{Motor, Passivity};
@@ -27,6 +28,16 @@ pub enum FirmwareError {
     /// The motor's rated word is not between 1 and 32767, or it stands its peak for less than 1 ms
     /// or more than 10 s.
     Motor(Motor),
+    /// The board has a knob, and the tick another period: the board's cycles, and the rate.
+    Period(u32, Rate),
+    /// The board has a knob, and so many keys are wanted.
+    Knobs(u32),
+    /// The board has a knob, and the device does not say what its coil is.
+    NoCoil,
+    /// The board's knob and the motor do not go together: what is out of range.
+    Coil(&'static str),
+    /// Sensors cannot be tuned so, in words.
+    Tuning(String),
     /// A board's text is no assembly.
     Assembly(AsmError),
 }
@@ -70,6 +81,25 @@ impl fmt::Display for FirmwareError {
                 "[passivity] needs a Cortex-M4 or Cortex-M33: take another board, or remove \
                  [passivity] from the device",
             ),
+            FirmwareError::Period(cycles, rate) => write!(
+                f,
+                "the board's knob is sampled every {cycles} cycles, and the program has {rate} \
+                 ticks a second: give it `--tick-rate 150MHz/{cycles}`, or `rate 150 MHz / \
+                 {cycles}` in its keyboard"
+            ),
+            FirmwareError::Knobs(keys) => {
+                write!(
+                    f,
+                    "{keys} keys on a board with one knob: give it `--keys 1`"
+                )
+            }
+            FirmwareError::NoCoil => f.write_str(
+                "the board makes voltages, and the device does not say what they do: add \
+                 `drive.resistance`, `drive.inductance` and [motor] to its file, or take \
+                 `--device gimbal`",
+            ),
+            FirmwareError::Coil(what) => write!(f, "the motor does not suit the board: {what}"),
+            FirmwareError::Tuning(why) => f.write_str(why),
             FirmwareError::Assembly(error) => error.fmt(f),
         }
     }

@@ -22,6 +22,7 @@ mod code;
 mod constants;
 mod error;
 mod image;
+mod knob;
 mod near;
 mod objects;
 mod offsets;
@@ -30,6 +31,7 @@ mod ports;
 mod running;
 mod sound;
 mod tables;
+mod tuning;
 mod wires;
 mod zones;
 
@@ -40,12 +42,16 @@ pub use error::FirmwareError;
 pub use image::{
     FirmwareImage, ImageError, Instrument, build_divided, build_image, divide_equally,
 };
+pub use knob::Coil;
 pub use objects::{frame_constants, objects, sources};
-pub use offsets::{FAULTS, Fault, core_block, key_guard};
-pub use parts::{Cut, FINISHED, InParts, MEMBERS, POLL, PartCode, WAIT, WENT};
+pub use offsets::{FAULTS, Fault, core_block, key_guard, knob_block};
+pub use parts::{
+    Cut, EARLY, FINISHED, InParts, LED, LEFT, MEET, MEMBERS, POLL, PartCode, UNMET, WAIT, WENT,
+};
 pub use ports::{GuardedDrive, GuardedPort};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
 pub use sound::{mute_name, sound_table_name};
+pub use tuning::{CURVE_PIECES, SensorTuning, TunedSensor, Watched};
 pub use whippen_parts::Role;
 pub use zones::zone_name;
 
@@ -61,8 +67,12 @@ pub struct Setup {
     pub ports: Vec<GuardedPort>,
     /// The MIDI note of the first key; 21 is A0.
     pub first_note: u32,
+    /// What a board whose driver makes voltages must know of the motor's coil.
+    pub coil: Option<Coil>,
     /// How much energy a key may give, where that is limited.
     pub passivity: Option<Passivity>,
+    /// Through what sensors are read, where they are tuned on the board.
+    pub tuning: Option<SensorTuning>,
 }
 
 /// What a key may give beyond what it got, in any span of time, and how that is observed. The unit

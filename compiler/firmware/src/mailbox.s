@@ -3,13 +3,17 @@
 @   mailbox | request | parameter | value | done | outcome |     write parameter and value, then another number to request;
 @                                                             done becomes that number when outcome is there
 @
-@ Parameter 0xffffffff is the program: its value is the number of the one to play.
+@ Parameter 0xffffffff is the program: its value is the number of the one to play. 0xfffffffe is the tuning of sensors, where the
+@ image has it (tuning.s): 1 begins, 0 ends it and goes back to the program.
         .syntax unified
         .thumb
         .section .data.mailbox, "aw"
         .balign 4
         .global mailbox
 mailbox: .word  0, 0, 0, 0, 0
+        .if     TUNING
+resume: .word   0                       @ the program that was asked for last
+        .endif
 
         .section .text.firmware.mailbox, "ax"
         .global mailbox_step
@@ -45,7 +49,15 @@ whippen_set:
         bne     1f
         mov     r0, r1
         b       8f
-1:      push    {r3, lr}
+1:
+        .if     TUNING
+        adds    r2, r0, #2
+        bne     1f
+        mov     r0, r1
+        b       tunes
+1:
+        .endif
+        push    {r3, lr}
         bl      live
         movs    r0, #1
         bhs     9f
@@ -135,17 +147,22 @@ whippen_play:
         ldr     r3, [r2]
         cmp     r0, r3
         bhs     9f
+        .if     TUNING
+        ldr     r3, =resume
+        str     r0, [r3]
+        .endif
         .if     CORES > 1
         lsls    r0, r0, #3
         adds    r2, r2, r0
         ldr     r0, [r2, #4]
         ldr     r1, [r2, #8]
-        ldr     r3, =core1
+7:      ldr     r3, =core1
         str     r1, [r3, #C_WANTED]
         .else
         lsls    r0, r0, #2
         adds    r2, r2, r0
         ldr     r0, [r2, #4]
+7:
         .endif
         ldr     r2, =core0
         str     r0, [r2, #C_WANTED]
@@ -161,3 +178,33 @@ whippen_play:
         bx      lr
 9:      movs    r0, #1
         bx      lr
+
+@ int whippen_tune(uint32_t on): 1 begins to tune the sensors, with forces at zero; 0 ends it, and the program that was asked for
+@ last begins. 0, or 2 for neither. What is already so stays.
+        .if     TUNING
+        .global whippen_tune
+        .type   whippen_tune, %function
+whippen_tune:
+tunes:  cmp     r0, #1
+        bhi     6f
+        ldr     r1, =core0
+        ldr     r2, =tuning_core0
+        ldr     r1, [r1, #C_WANTED]
+        beq     5f
+        cmp     r1, r2
+        bne     4f
+        ldr     r0, =resume
+        ldr     r0, [r0]
+        b       8b
+4:      movs    r0, #0
+        bx      lr
+5:      cmp     r1, r2
+        beq     4b
+        mov     r0, r2
+        .if     CORES > 1
+        ldr     r1, =tuning_core1
+        .endif
+        b       7b
+6:      movs    r0, #2
+        bx      lr
+        .endif

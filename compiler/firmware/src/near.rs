@@ -14,6 +14,7 @@ use whippen_keyboard::CoreId;
 use super::CORES;
 use super::code::ProgramCode;
 use super::image::has_helper;
+use super::tuning;
 
 /// Bytes kept for the stack of a core: twice what the bound says that it needs.
 pub(super) const STACK_BYTES: u32 = 256;
@@ -64,7 +65,11 @@ impl Near<'_> {
             histories.extend(data.next());
         }
         let guards = firmware.iter_mut().flat_map(|object| &mut object.sections);
-        let guards = guards.filter(|section| section.name == format!(".bss.{}.guards", self.name));
+        let own = [
+            format!(".bss.{}.guards", self.name),
+            tuning::section(self.name),
+        ];
+        let guards = guards.filter(|section| own.contains(&section.name));
         states.into_iter().chain(histories).chain(guards).collect()
     }
 

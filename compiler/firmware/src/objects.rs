@@ -13,7 +13,7 @@ use super::constants::constants;
 use super::image::has_helper;
 use super::ports::Guards;
 use super::{CORES, FirmwareError, Instrument, Setup, drive_offset_bytes, keys_name};
-use super::{parts, ports, sound, tables, zones};
+use super::{knob, parts, ports, sound, tables, zones};
 
 /// The objects of a firmware, to be linked with those of the keys of all programs. The image begins
 /// at `reset`, with the first program.
@@ -27,7 +27,8 @@ pub fn objects(
     board: &Support,
 ) -> Result<Vec<Object>, FirmwareError> {
     let constants = constants(programs, setup, board)?;
-    let mut tables = tables(programs, instruments);
+    let tunes = setup.tuning.is_some();
+    let mut tables = tables(programs, instruments, setup, board);
     let period = setup.rate_hz.cycles_min(board.board.clock_hz);
     for core in programs.iter().flat_map(|program| &program.cores) {
         let calls = |cut| parts::as_assembly(core, cut, period, setup.words_of(1));
@@ -63,7 +64,7 @@ pub fn objects(
         let mut own = constants.clone();
         own.extend(frame_constants(setup, board, core));
         let frame = assemble(&sources, &own, board.board.arch)?;
-        Ok(frame_of_core(frame, core, programs.len()))
+        Ok(frame_of_core(frame, core, (programs.len(), tunes)))
     });
     let mut objects = assembled
         .into_iter()
@@ -115,9 +116,18 @@ pub fn sources<'a>(board: &Support<'a>, setup: &Setup) -> Vec<Vec<Source<'a>>> {
         .collect()
 }
 
-/// The tables of programs, and the calls of zones where some core has several, as assembly.
-fn tables(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<String> {
-    let mut texts = vec![tables::assembly(programs, instruments)];
+/// The tables of programs, those of sensors that are tuned and of a knob, and the calls of zones
+/// where some core has several, as assembly.
+fn tables(
+    programs: &[ProgramCode],
+    instruments: &[Instrument],
+    setup: &Setup,
+    board: &Support,
+) -> Vec<String> {
+    let tuning = setup.tuning.as_ref();
+    let mut texts = vec![tables::assembly(programs, instruments, tuning.is_some())];
+    texts.extend(tuning.map(|tuning| tuning.tables_as_assembly(&setup.keys)));
+    texts.extend(board.board.knob.iter().map(knob::tables_as_assembly));
     let channels = sound::channels(programs);
     if channels > 0 {
         for (number, program) in programs.iter().enumerate() {
@@ -137,7 +147,7 @@ fn tables(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<String> {
 
 /// The frame of one core: its names and sections say so, and nobody else sees what is in it but the
 /// tick.
-fn frame_of_core(mut object: Object, core: usize, programs: usize) -> Object {
+fn frame_of_core(mut object: Object, core: usize, begins: (usize, bool)) -> Object {
     for section in &mut object.sections {
         let own = format!(".{}.frame", CORES[core]);
         section.name = section.name.replace(".frame", &own);
@@ -148,7 +158,7 @@ fn frame_of_core(mut object: Object, core: usize, programs: usize) -> Object {
             if let Hint::Targets { symbols, .. } = hint {
                 let all = symbols.iter();
                 *symbols = all
-                    .flat_map(|symbol| targets_of_core(symbol, core, programs))
+                    .flat_map(|symbol| targets_of_core(symbol, core, begins))
                     .collect();
             }
         }
@@ -161,22 +171,23 @@ fn frame_of_core(mut object: Object, core: usize, programs: usize) -> Object {
 }
 
 /// Symbols of a frame that others see.
-const SEEN: &[&str] = &["tick", "exceptions"];
+const SEEN: &[&str] = &["tick", "exceptions", "linearise"];
 
 /// What a symbol of the frame's texts is called on a core.
 fn symbol_of_core(symbol: &str, core: usize) -> String {
     match symbol {
-        "tick" => format!("tick_{}", CORES[core]),
+        "tick" | "linearise" | "tuning" => format!("{symbol}_{}", CORES[core]),
         "block" => CORES[core].to_string(),
         "entry" => ["reset", "core1_start"][core].to_string(),
         "exceptions" => format!("vectors{core}"),
-        "guards" | "ledger" | "sound" => format!("{symbol}{core}"),
+        "guards" | "ledger" | "sound" | "tuned" | "curve" | "watched" => format!("{symbol}{core}"),
         other => other.to_string(),
     }
 }
 
-/// Where an indirect branch of the frame may go on a core, while there are so many programs.
-fn targets_of_core(symbol: &str, core: usize, programs: usize) -> Vec<String> {
+/// Where an indirect branch of the frame may go on a core, while there are so many programs and
+/// sensors are tuned, or not.
+fn targets_of_core(symbol: &str, core: usize, (programs, tunes): (usize, bool)) -> Vec<String> {
     let of_all = |what: &str| -> Vec<String> {
         let name = |program| format!("{}_{what}", keys_name(core, program));
         (0..programs).map(name).collect()
@@ -185,7 +196,8 @@ fn targets_of_core(symbol: &str, core: usize, programs: usize) -> Vec<String> {
         "keys_tick" => of_all("tick"),
         "keys_begin" => of_all("begin"),
         // With one program there is never another one that could begin.
-        "beginning" if programs == 1 => Vec::new(),
+        "beginning" if programs == 1 && !tunes => Vec::new(),
+        "watch" if !tunes => Vec::new(),
         other => vec![symbol_of_core(other, core)],
     }
 }

@@ -79,6 +79,22 @@ offsets! {
         MASK = 28, "Bytes of the ring, less 1.";
         NEXT = 32, "The reader of the next zone.";
     }
+    /// Offsets in what the firmware of a knob keeps (bytes).
+    knob_block, "K_" {
+        TICK = 0, "The number of the last word.";
+        FRAME_ANGLE = 4, "The angle of the last word that was right, of 16384 a turn.";
+        POSITION = 8, "How far it has turned since the start, in those.";
+        SPEED = 12, "How fast, in 1/1024 of those a tick, over 64 ticks.";
+        LIMIT = 16, "The most that it may turn in a tick.";
+        AGE = 20, "Words in a row that were wrong.";
+        WRONG = 24, "Words that were wrong so far.";
+        TURN = 28, "Electrical angle of a step of the sensor, of 65536 a turn; its sign is the direction.";
+        OFFSET = 32, "Electrical angle of the force that is against its angle 0.";
+        DRIVE = 36, "The drive word of the tick before.";
+        GAIN = 40, "Voltage of a drive word.";
+        LEAD = 44, "Voltage of a drive word's change.";
+        BACK = 48, "Voltage of the speed.";
+    }
     /// Offsets in the table of the status (bytes).
     status, "S_" {
         FAULTS = 8, "Faults of the processor.";
@@ -124,6 +140,23 @@ pub const FAULTS: &[Fault] = &[
         name: "FAULT_DEAD",
         what: "the processor met a fault: all forces stay zero",
     },
+    Fault {
+        bit: 32,
+        name: "FAULT_DRIVER",
+        what: "a knob's driver told of a fault: it is disabled until the next start",
+    },
+    Fault {
+        bit: 64,
+        name: "FAULT_SENSOR",
+        what: "a knob's sensor had no magnet, or no word that can be for 10 ms: its driver is \
+               disabled until the next start",
+    },
+    Fault {
+        bit: 128,
+        name: "FAULT_ALIGN",
+        what: "a knob's motor did not turn as its field did at the start: its driver stays \
+               disabled",
+    },
 ];
 
 /// After how long without a sign of life the watchdog starts the board again.
@@ -137,6 +170,7 @@ pub(super) fn assembly_constants() -> BTreeMap<String, i64> {
         descriptor::ALL,
         reader::ALL,
         status::ALL,
+        knob_block::ALL,
         &[("WATCHDOG_US", WATCHDOG_US)],
     ];
     let offsets = tables.into_iter().flatten().copied();

@@ -37,13 +37,14 @@ board_serial_send:
 @ Once, at the start.
         .section .text.start, "ax"
 
-@ This core takes the converter's interrupt from now on. Called once by each core.
+@ This core takes the interrupt of a tick from now on. Called once by each core.
         .global board_listen
         .type   board_listen, %function
 board_listen:
         ldr     r1, =0xe000e100 + 4 * (CONVERTER_IRQ / 32)
         ldr     r0, =1 << (CONVERTER_IRQ % 32)
         str     r0, [r1]                @ NVIC_ISER
+        .ifdef  CONVERTER
         ldr     r1, =0xd0000000
         ldr     r0, [r1]                @ SIO: number of this core
         adds    r0, #8
@@ -51,6 +52,7 @@ board_listen:
         lsls    r1, r0
         ldr     r0, =CONVERTER + 0x2000
         str     r1, [r0]                @ CTRL, set: this core serves
+        .endif
         bx      lr
 
 @ UART0 on GPIO 0 at 31250 baud, its clock divided by 16 and by UART_DIVISOR. It leaves its reset only where clk_peri runs.

@@ -96,11 +96,16 @@ clip:   ldr     r4, =FULL_SCALE
 sum_sound:
         ldr     r5, [r4, #C_PROGRAM]
         ldr     r5, [r5, #P_SOUND]
-        .if     PROGRAMS > 1
+        .if     PROGRAMS + TUNING > 1
         ldr     r0, [r4, #C_CODE]
         ldr     r1, =beginning
         cmp     r0, r1
         beq     2f                      @ keys that have not begun hold samples of another time
+        .endif
+        .if     TUNING
+        ldr     r1, =watch
+        cmp     r0, r1
+        beq     2f
         .endif
         movs    r0, #0
         movs    r1, #0

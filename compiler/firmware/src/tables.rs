@@ -13,11 +13,16 @@ use super::{CORES, Instrument, zone_name};
 /// ```text
 ///   programs            how many, then of each the descriptors for each core
 ///   programN_coreM      a descriptor: the offsets P_.. name its words; with zones the first record is a table (`zones`)
+///   tuning_coreM        one for the time in which sensors are tuned
 ///   lives               how many of all programs, then words on core 0 and core 1 (0 for none; or on the only core, twice), lowest and highest value of each
 ///   readerN_coreM       what their reader knows: the offsets R_.. name its words
 ///   velocitiesN         128 bytes
 /// ```
-pub(super) fn assembly(programs: &[ProgramCode], instruments: &[Instrument]) -> String {
+pub(super) fn assembly(
+    programs: &[ProgramCode],
+    instruments: &[Instrument],
+    tunes: bool,
+) -> String {
     let mut text = String::from(
         "        .section .rodata.tables, \"a\"\n        .balign 4\n        .global programs, lives\n",
     );
@@ -41,12 +46,24 @@ pub(super) fn assembly(programs: &[ProgramCode], instruments: &[Instrument]) -> 
         line(&format!(
             "        .section .rodata.near.{name}.programs, \"a\"\n        .balign 4"
         ));
+        let sounds = (split, channels > 0);
         for (number, program) in programs.iter().enumerate() {
+            let label = format!("program{number}_core{core}");
             line(&descriptor(
+                &label,
                 program.core(core),
-                number,
-                core,
-                (split, channels > 0),
+                (number, core),
+                sounds,
+            ));
+        }
+        // While sensors are tuned, what belongs to a program is the first one's.
+        if tunes {
+            let first = programs[0].core(core);
+            line(&descriptor(
+                &format!("tuning_{name}"),
+                first,
+                (0, core),
+                sounds,
             ));
         }
     }
@@ -127,13 +144,12 @@ fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<
 }
 
 fn descriptor(
+    label: &str,
     code: &CoreCode,
-    number: usize,
-    core: CoreId,
+    (number, core): (usize, CoreId),
     (split, has_sound): (bool, bool),
 ) -> String {
     let (name, layout) = (&code.name, code.zones[0].layout());
-    let label = format!("program{number}_core{core}");
     let places = if split {
         format!("{name}_records, 0, 0")
     } else {

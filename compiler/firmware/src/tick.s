@@ -34,10 +34,19 @@ tick:   push    {r4-r11, lr}
         cmp     r3, r5                  @ the other core missed one, or another program is wanted
         bne     alarmed
         ldr     r1, [r1, #C_ROWS]
+        .if     TUNING
+        str     r1, [r4, #C_ROW]
+        bl      linearise
+        ldr     r4, =block
+        ldr     r1, [r4, #C_ROW]
+        ldr     r3, [r4, #C_CODE]
+        ldr     r0, [r4, #C_STATE]
+        .else
         ldr     r3, [r4, #C_CODE]
         ldr     r0, [r4, #C_STATE]
         str     r1, [r4, #C_ROW]
-@! targets keys_tick beginning
+        .endif
+@! targets keys_tick beginning watch
         blx     r3                      @ keeps no register
         bl      board_end
         ldr     r4, =block

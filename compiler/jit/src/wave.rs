@@ -2,11 +2,12 @@
 //! keys.
 //!
 //! ```text
-//!   before | here | next | after       U_l, U_(l+1), v_(l-1), v_l and what was made of them stay in
-//!            ^ is stored                registers, so every word is loaded once, before it is stored
+//!   slopes:  before | behind | after        all but what is behind the next point stays in registers,
+//!   points:         here   next             so every word is loaded once, before it is stored
+//!            ^ is stored with the point
 //! ```
 //!
-//! The last two points are written out, since there the string ends. A key alone whose points lie
+//! The last point is written out, since there the string ends. A key alone whose points lie
 //! side by side is ticked in vectors over points (`vectors`).
 
 mod vectors;
@@ -24,7 +25,7 @@ pub(super) struct Points<'f, 'a> {
     pub access: Access,
     /// What holds a word: `I32`, or `I32X4` for keys in lanes.
     pub ty: ir::Type,
-    /// Where the first words of `U` and `v` stand.
+    /// Where the first slope and the first rate stand.
     pub start: [Value; 2],
     /// Bytes from a point to the next.
     pub step: i64,
@@ -41,41 +42,48 @@ pub(super) struct Points<'f, 'a> {
 /// What stays in registers from point to point.
 #[derive(Clone, Copy)]
 struct Window {
-    /// `U_l` and `U_(l+1)`
-    u: [Value; 2],
-    /// Their difference.
-    e: Value,
-    /// `W_(l-1)` and `W_l`
-    w: [Value; 2],
-    /// `v_(l-1)` and `v_l`
-    v: [Value; 2],
+    /// The slopes before and behind it.
+    e: [Value; 2],
+    w: Value,
+    v: Value,
+    /// What the point before and it itself do to their neighbours.
+    p: [Value; 2],
+    /// The new rate of the point before.
+    rate_before: Value,
 }
 
-/// What a point reads behind the window.
+/// What a point reads of the one behind it.
 #[derive(Clone, Copy)]
-struct Ahead {
-    /// `U_(l+2)`
-    u: Value,
-    /// `v_(l+1)`
+struct Next {
+    /// The slope behind it.
+    e: Value,
+    w: Value,
     v: Value,
-    /// `W_(l+1)`, where that is not the bend there.
-    w: Option<Value>,
+    /// What it does to its neighbours.
+    p: Value,
 }
 
 impl Window {
     const LEN: usize = 7;
 
     fn values(self) -> [Value; Window::LEN] {
-        let Window { u, e, w, v } = self;
-        [u[0], u[1], e, w[0], w[1], v[0], v[1]]
+        let Window {
+            e,
+            w,
+            v,
+            p,
+            rate_before,
+        } = self;
+        [e[0], e[1], w, v, p[0], p[1], rate_before]
     }
 
-    fn of([u0, u1, e, w0, w1, v0, v1]: [Value; Window::LEN]) -> Window {
+    fn of([e0, e1, w, v, p0, p1, rate_before]: [Value; Window::LEN]) -> Window {
         Window {
-            u: [u0, u1],
-            e,
-            w: [w0, w1],
-            v: [v0, v1],
+            e: [e0, e1],
+            w,
+            v,
+            p: [p0, p1],
+            rate_before,
         }
     }
 }
@@ -83,41 +91,39 @@ impl Window {
 impl<'a> Points<'_, 'a> {
     /// One tick of all points.
     pub fn tick(mut self) {
-        if self.ty == I32 && vectors::suits(self.count, self.step) {
+        if self.ty == I32 && vectors::suits(self.step) {
             return self.tick_in_vectors();
         }
-        let [u, v] = self.start;
+        let [e, v] = self.start;
         let zero = saturate::constant(self.f, self.k[0], 0);
-        let (first, second, rate) = (self.load(u, 0), self.load(u, 1), self.load(v, 0));
-        let e = self.ins().isub(second, first);
-        let w_before = self.held(self.ends[0], first);
-        let w = self.minus(e, first);
+        let (before, behind, rate) = (self.load(e, 0), self.load(e, 1), self.load(v, 0));
+        let end = self.held(self.ends[0], before);
+        let w = self.minus(behind, before);
         let start = Window {
-            u: [first, second],
-            e,
-            w: [w_before, w],
-            v: [zero, rate],
+            e: [before, behind],
+            w,
+            v: rate,
+            p: [self.beside_end(end), self.beside(w, rate)],
+            rate_before: zero,
         };
         let (window, offset) = self.inner(start);
-        let at = [u, v].map(|start| self.ins().iadd(start, offset));
-        let v = self.load(at[1], 1);
-        let w = None;
-        let window = self.point(window, at, Ahead { u: zero, v, w });
-        let w = Some(self.held(self.ends[1], window.u[0]));
+        let at = [e, v].map(|start| self.ins().iadd(start, offset));
+        let away = self.minus(zero, window.e[1]);
+        let end = self.held(self.ends[1], away);
+        let next = Next {
+            e: zero,
+            w: end,
+            v: zero,
+            p: self.beside_end(end),
+        };
+        let window = self.point(window, at, next);
+        let slope = self.moved(window.e[0], window.rate_before, zero);
         let step = self.step;
-        let at = at.map(|at| self.ins().iadd_imm_s(at, step));
-        self.point(
-            window,
-            at,
-            Ahead {
-                u: zero,
-                v: zero,
-                w,
-            },
-        );
+        let last = self.ins().iadd_imm_s(at[0], step);
+        self.keep(last, slope, window.e[0]);
     }
 
-    /// All points but the last two; gives the window behind them, and the bytes up to there.
+    /// All points but the last; gives the window behind them, and the bytes up to there.
     fn inner(&mut self, start: Window) -> (Window, Value) {
         let [head, after] = [(); 2].map(|()| self.f.create_block());
         let none = self.ins().iconst(I64, 0);
@@ -130,14 +136,13 @@ impl<'a> Points<'_, 'a> {
         let ty = self.ty;
         let window = std::array::from_fn(|_| self.f.append_block_param(head, ty));
         self.f.switch_to_block(head);
+        let window = Window::of(window);
         let at = self.start.map(|start| self.ins().iadd(start, offset));
-        let ahead = Ahead {
-            u: self.load(at[0], 2),
-            v: self.load(at[1], 1),
-            w: None,
-        };
-        let window = self.point(Window::of(window), at, ahead);
-        let (step, end) = (self.step, self.step * (self.count - 2));
+        let (e, v) = (self.load(at[0], 2), self.load(at[1], 1));
+        let w = self.minus(e, window.e[1]);
+        let p = self.beside(w, v);
+        let window = self.point(window, at, Next { e, w, v, p });
+        let (step, end) = (self.step, self.step * (self.count - 1));
         let next = self.ins().iadd_imm_s(offset, step);
         let more = self.ins().icmp_imm_s(IntCC::SignedLessThan, next, end);
         self.ins().brif(more, head, &args(next, window), after, &[]);
@@ -145,40 +150,69 @@ impl<'a> Points<'_, 'a> {
         (window, next)
     }
 
-    /// Ticks and stores a point; gives the next one's window.
-    fn point(&mut self, window: Window, at: [Value; 2], ahead: Ahead) -> Window {
-        let Window { u, e, w, v } = window;
-        let e_after = self.ins().isub(ahead.u, u[1]);
-        let w_after = match ahead.w {
-            Some(w) => w,
-            None => self.minus(e_after, e),
-        };
-        let (bends, rates) = (self.plus(w[0], w_after), self.plus(v[0], ahead.v));
-        let a = self.sum_of_tops([w[1], bends, rates, v[1]]);
-        let rate = self.plus(v[1], a);
-        let twice = self.ins().iadd(rate, rate);
-        let place = self.ins().iadd(u[0], twice);
-        for (at, new, old) in [(at[0], place, u[0]), (at[1], rate, v[1])] {
-            let kept = match self.mask {
-                Some(mask) => self.ins().bitselect(mask, new, old),
-                None => new,
-            };
-            let access = self.access.columns;
-            self.ins().store(access, kept, at, 0);
-        }
+    /// Ticks and stores a point and the slope before it; gives the next one's window.
+    fn point(&mut self, window: Window, at: [Value; 2], next: Next) -> Window {
+        let Window { e, w, v, p, .. } = window;
+        let own = self.own(w, v);
+        let rate = self.rate(v, own, [p[0], next.p]);
+        let slope = self.moved(e[0], window.rate_before, rate);
+        self.keep(at[0], slope, e[0]);
+        self.keep(at[1], rate, v);
         Window {
-            u: [u[1], ahead.u],
-            e: e_after,
-            w: [w[1], w_after],
-            v: [v[1], ahead.v],
+            e: [e[1], next.e],
+            w: next.w,
+            v: next.v,
+            p: [p[1], next.p],
+            rate_before: rate,
         }
     }
 
-    /// The bend of an end, by the outermost `U`.
-    fn held(&mut self, end: i64, u: Value) -> Value {
+    /// Stores a word, where it is ticked.
+    fn keep(&mut self, at: Value, new: Value, old: Value) {
+        let kept = match self.mask {
+            Some(mask) => self.ins().bitselect(mask, new, old),
+            None => new,
+        };
+        let access = self.access.columns;
+        self.ins().store(access, kept, at, 0);
+    }
+
+    /// A rate behind the tick, by what the point does to itself and what its neighbours do.
+    fn rate(&mut self, v: Value, own: Value, [before, after]: [Value; 2]) -> Value {
+        let sum = self.ins().iadd(own, before);
+        let sum = self.plus(sum, after);
+        self.plus(v, sum)
+    }
+
+    /// A slope between points of such new rates.
+    fn moved(&mut self, e: Value, before: Value, after: Value) -> Value {
+        let way = self.ins().isub(after, before);
+        let twice = self.ins().iadd(way, way);
+        self.ins().iadd(e, twice)
+    }
+
+    /// What a point does to itself.
+    fn own(&mut self, w: Value, v: Value) -> Value {
+        let [k0, _, _, k3] = self.k;
+        self.sum_of_tops(&[(k0, w), (k3, v)])
+    }
+
+    /// What a point does to its neighbours.
+    fn beside(&mut self, w: Value, v: Value) -> Value {
+        let [_, k1, k2, _] = self.k;
+        self.sum_of_tops(&[(k1, w), (k2, v)])
+    }
+
+    /// The same of an end.
+    fn beside_end(&mut self, w: Value) -> Value {
+        self.sum_of_tops(&[(self.k[1], w)])
+    }
+
+    /// The bend of an end, by the outermost slope away from it.
+    fn held(&mut self, end: i64, e: Value) -> Value {
         match end {
-            0 => saturate::constant(self.f, u, 0),
-            _ => self.plus(u, u),
+            0 => saturate::constant(self.f, e, 0),
+            _ => self.plus(e, e),
         }
     }
 
@@ -197,26 +231,24 @@ impl<'a> Points<'_, 'a> {
         saturate::sub(self.f, a, b)
     }
 
-    /// The sum of the upper words of the products with all coefficients, each rounded half up.
-    fn sum_of_tops(&mut self, of: [Value; 4]) -> Value {
+    /// The sum of the upper words of products, each rounded half up.
+    fn sum_of_tops(&mut self, products: &[(Value, Value)]) -> Value {
         if self.ty == I32 {
-            let tops = [0, 1, 2, 3].map(|k| {
-                let [k, x] = [self.k[k], of[k]].map(|word| self.ins().sextend(I64, word));
+            let zero = self.ins().iconst(I64, 0);
+            let sum = products.iter().fold(zero, |sum, (k, x)| {
+                let [k, x] = [*k, *x].map(|word| self.ins().sextend(I64, word));
                 let product = self.ins().imul(k, x);
-                let sum = self.ins().iadd_imm_s(product, 1 << 31);
-                self.ins().sshr_imm_s(sum, 32)
+                let product = self.ins().iadd_imm_s(product, 1 << 31);
+                let top = self.ins().sshr_imm_s(product, 32);
+                self.ins().iadd(sum, top)
             });
-            let [first, rest @ ..] = tops;
-            let sum = rest
-                .into_iter()
-                .fold(first, |sum, top| self.ins().iadd(sum, top));
             return self.ins().ireduce(I32, sum);
         }
         let half = self.ins().iconst(I64, 1 << 31);
         let half = self.ins().splat(I64X2, half);
         // Words are added to words, so nothing is carried into the upper ones.
         let [mut low, mut high] = [None; 2];
-        for (k, x) in self.k.into_iter().zip(of) {
+        for (k, x) in products.iter().copied() {
             let lows = [k, x].map(|words| self.ins().swiden_low(words));
             let highs = [k, x].map(|words| self.ins().swiden_high(words));
             for (sum, [k, x]) in [(&mut low, lows), (&mut high, highs)] {

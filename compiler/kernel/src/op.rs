@@ -341,8 +341,8 @@ operators! {
     GetAt(i: u32 Cell)   "get_at" (Index -> Own) Reads        Declared Reads(|k, [i, _], v| k.get(i, v[0]));
     /// Stores a word of a cell.
     SetAt(i: u32 Cell)   "set_at" (Index Own ->) Writes       None     Writes(|k, [i, _], v| k.set(i, v[0], v[1]));
-    /// One tick of a string: its displacements, its rates, and the coefficients `k0` to `k3` (`wave` says what they are).
-    Wave(u: u32 Cell, v: u32 Cell) "wave" (Plus Minus Plus Minus End End ->) Writes None Writes(|k, [u, v], a| k.wave(u, v, a));
+    /// One tick of a string: its slopes, its rates, and the coefficients `k0` to `k3` (`wave` says what they are).
+    Wave(e: u32 Cell, v: u32 Cell) "wave" (Plus Minus Plus Minus End End ->) Writes None Writes(|k, [e, v], a| k.wave(e, v, a));
     /// What was pushed onto a line so many ticks ago; stands before the line's push.
     Delay(i: u32 Line, n: u32 Ticks) "delay"  (-> Own)       Reads        Declared Reads(|k, [i, n], _| k.delay(i, n));
     /// What was pushed onto a line one tick more than the operand ago; stands before the line's push.

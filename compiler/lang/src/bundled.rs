@@ -4,10 +4,10 @@
 //! of them" reads it.
 
 /// The boards that a keyboard may name: the files in `instruments/hardware/`.
-pub const BOARDS: &[&str] = &["rp2040", "rp2350", "stm32f4"];
+pub const BOARDS: &[&str] = &["pico2_knob", "rp2040", "rp2350", "stm32f4"];
 
 /// The devices that a keyboard may name, likewise.
-pub const DEVICES: &[&str] = &["knob", "mikey", "mouse", "pad", "touch"];
+pub const DEVICES: &[&str] = &["gimbal", "knob", "mikey", "mouse", "pad", "touch"];
 
 /// The presets that a command may name: the files in `instruments/presets/`.
 pub const PRESETS: &[&str] = &["onofrei", "open-g", "pentatonic"];

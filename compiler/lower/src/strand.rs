@@ -1,7 +1,8 @@
 //! Strings: two grids of words, one operator `wave` a tick, and what is read and pushed.
 //!
 //! ```text
-//!   v  displacement a tick, its range is that of the word      U  twice the displacement in v's unit
+//!   v  of a point: displacement a tick, its range is that of the word
+//!   e  of a part: how much the displacement grows along it, in halves of v's unit
 //!   k0 = p + 2 q    k1 = -q    k2 = v    k3 = -(2 v + r)       p, q in Q31; v, r in Q32
 //! ```
 //!
@@ -40,8 +41,8 @@ pub(super) struct Strands {
 /// Where a string is kept.
 #[derive(Debug, Clone, Copy)]
 struct Grids {
-    /// Cells of U and v.
-    u: u32,
+    /// Cells of slopes and rates.
+    e: u32,
     v: u32,
     /// Points between the ends.
     points: u32,
@@ -54,9 +55,10 @@ struct Grids {
 pub struct LoweredStrand {
     /// Which.
     pub strand: StrandId,
-    /// Cells of twice its displacements and of its displacements a tick, point by point.
+    /// Cells of how much its displacement grows, part by part, and of its displacements a tick,
+    /// point by point.
     pub cells: [u32; 2],
-    /// Unit of the latter (m a tick); of the former it is half of that.
+    /// Unit of the latter (m a tick); of the former it is half of that (m).
     pub lsb: f64,
     /// The sum that is 2 or less where a string is stable, of its largest integer coefficients.
     pub sum: f64,
@@ -96,10 +98,10 @@ impl Lowerer<'_> {
             let points = strand.parts - 1;
             let word = Type::I32.range();
             let name = format!("{}.body", strand.name);
-            let u = self.b.grid(&name, Type::I32, points, word, 0);
+            let e = self.b.grid(&name, Type::I32, points + 1, word, 0);
             let v = self.b.grid(&format!("{name}'"), Type::I32, points, word, 0);
             self.strands.grids.push(Grids {
-                u,
+                e,
                 v,
                 points,
                 lsb: strand.rate / rate_hz * exp2(-31),
@@ -172,18 +174,19 @@ impl Lowerer<'_> {
             return Err(OpError::Misused { op: Op::Wave(0, 0) });
         }
         let Grids {
-            u, v: rates, lsb, ..
+            e, v: rates, lsb, ..
         } = self.strands.grids[id];
-        // Four products, and coefficients that are so many units off times half a word.
-        let off = 0.5 * (p_off + 3.0 * q_off + 3.0 * v_off + r_off);
+        // Two products of its own and two of each neighbour, and coefficients that are so many
+        // units off times half a word.
+        let off = 0.5 * (p_off + 4.0 * q_off + 4.0 * v_off + r_off);
         self.strands.lowered.push(LoweredStrand {
             strand: id,
-            cells: [u, rates],
+            cells: [e, rates],
             lsb,
             sum,
             error: match &strand.friction {
                 Some(_) => f64::INFINITY,
-                None => (2.0 + off) * lsb * f64::from(self.step.model.rate_hz),
+                None => (3.0 + off) * lsb * f64::from(self.step.model.rate_hz),
             },
         });
         Ok([k0, k1, v, k3])
@@ -246,7 +249,7 @@ impl Lowerer<'_> {
     }
 
     fn tick_string(&mut self, id: StrandId, strand: &Strand, words: &Words) -> Result<(), OpError> {
-        let Grids { u, v, points, .. } = self.strands.grids[id];
+        let Grids { e, v, points, .. } = self.strands.grids[id];
         if let Some(coefficients) = words.coefficients {
             let mut operands = coefficients.to_vec();
             for end in strand.ends {
@@ -255,14 +258,10 @@ impl Lowerer<'_> {
                     End::Clamped => 2,
                 })?);
             }
-            self.b.effect(Op::Wave(u, v), &operands)?;
+            self.b.effect(Op::Wave(e, v), &operands)?;
         }
         for push in &words.pushes {
-            for (at, change) in push.changes.into_iter().enumerate() {
-                let at = self.constant(at as i64)?;
-                let point = self.b.op(Op::Add, &[push.first, at])?;
-                self.pushed(id, point, change)?;
-            }
+            self.pushed(id, push)?;
         }
         let Some(held) = words.hold else {
             return Ok(());
@@ -272,26 +271,50 @@ impl Lowerer<'_> {
             |b| {
                 let zero = b.constant(Type::I32, 0)?;
                 b.repeat(points, &[], |b, point, _| {
-                    b.effect(Op::SetAt(u), &[point, zero])?;
+                    b.effect(Op::SetAt(e), &[point, zero])?;
                     b.effect(Op::SetAt(v), &[point, zero])?;
                     Ok(Vec::new())
-                })
+                })?;
+                let last = b.constant(Type::I32, points.into())?;
+                b.effect(Op::SetAt(e), &[last, zero])?;
+                Ok(Vec::new())
             },
             |_| Ok(Vec::new()),
         )?;
         Ok(())
     }
 
-    /// Changes the rate of a point, and its displacement with it.
-    fn pushed(&mut self, id: StrandId, point: Value, change: Value) -> Result<(), OpError> {
-        let Grids { u, v, .. } = self.strands.grids[id];
-        let before = self.b.op(Op::GetAt(v), &[point])?;
-        let after = self.b.op(Op::AddSat, &[before, change])?;
-        self.b.effect(Op::SetAt(v), &[point, after])?;
-        let way = self.b.op(Op::SubWrap, &[after, before])?;
-        let way = self.b.op(Op::ShlWrap(1), &[way])?;
-        let place = self.b.op(Op::GetAt(u), &[point])?;
-        let place = self.b.op(Op::AddWrap, &[place, way])?;
-        self.b.effect(Op::SetAt(u), &[point, place])
+    /// Changes the rates of four points, and the five slopes between and beside them.
+    fn pushed(&mut self, id: StrandId, push: &PushWords) -> Result<(), OpError> {
+        let v = self.strands.grids[id].v;
+        let mut way = None;
+        for (at, change) in push.changes.into_iter().enumerate() {
+            let point = self.offset(push.first, at as i64)?;
+            let before = self.b.op(Op::GetAt(v), &[point])?;
+            let after = self.b.op(Op::AddSat, &[before, change])?;
+            self.b.effect(Op::SetAt(v), &[point, after])?;
+            let own = self.b.op(Op::SubWrap, &[after, before])?;
+            let grows = match way {
+                None => own,
+                Some(way) => self.b.op(Op::SubWrap, &[own, way])?,
+            };
+            let twice = self.b.op(Op::ShlWrap(1), &[grows])?;
+            self.tilted(id, point, Op::AddWrap, twice)?;
+            way = Some(own);
+        }
+        let Some(way) = way else {
+            return Ok(());
+        };
+        let behind = self.offset(push.first, push.changes.len() as i64)?;
+        let twice = self.b.op(Op::ShlWrap(1), &[way])?;
+        self.tilted(id, behind, Op::SubWrap, twice)
+    }
+
+    /// Changes the slope of a part.
+    fn tilted(&mut self, id: StrandId, part: Value, op: Op, by: Value) -> Result<(), OpError> {
+        let e = self.strands.grids[id].e;
+        let slope = self.b.op(Op::GetAt(e), &[part])?;
+        let slope = self.b.op(op, &[slope, by])?;
+        self.b.effect(Op::SetAt(e), &[part, slope])
     }
 }

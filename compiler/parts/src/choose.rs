@@ -91,7 +91,7 @@ fn behind(from: impl Iterator<Item = Role>) -> Role {
     let mut only = None;
     for role in from {
         match (role, only) {
-            (Role::Head, _) => {}
+            (Role::Early | Role::Head, _) => {}
             (Role::Member(_), None) => only = Some(role),
             (Role::Member(_), Some(known)) if known == role => {}
             _ => return Role::Tail,

@@ -29,12 +29,7 @@ pub fn cut(
         classes,
         roles,
     };
-    let members = (0..members as u32).map(Role::Member);
-    let all: Vec<Role> = [Role::Head]
-        .into_iter()
-        .chain(members)
-        .chain([Role::Tail])
-        .collect();
+    let all = in_order(roles, members);
     if !cutter.is_in_order() {
         return None;
     }
@@ -77,6 +72,17 @@ pub fn cut(
     })
 }
 
+/// The parts of so many members, in the order in which they may run.
+fn in_order(roles: &Roles, members: usize) -> Vec<Role> {
+    let early = roles.own.contains(&Role::Early).then_some(Role::Early);
+    early
+        .into_iter()
+        .chain([Role::Head])
+        .chain((0..members as u32).map(Role::Member))
+        .chain([Role::Tail])
+        .collect()
+}
+
 struct Cutter<'a> {
     kernel: &'a Kernel,
     nodes: &'a Nodes,
@@ -115,7 +121,8 @@ impl Cutter<'_> {
             let mut needs = self.nodes.nodes[at].needs.iter();
             needs.all(|from| match (self.role(*from), own) {
                 (Some(from), own) if from == own => true,
-                (Some(Role::Head), _) => true,
+                (Some(Role::Early), own) => own != Role::Head,
+                (Some(Role::Head), own) => own != Role::Early,
                 (Some(Role::Member(_)), own) => own == Role::Tail,
                 _ => false,
             })
@@ -145,7 +152,7 @@ impl Cutter<'_> {
             // What is copied stands where it is first used.
             let role = match self.classes.of_node[*at] {
                 Some(class) => self.roles.apart[class],
-                None => turns.get(at).copied().unwrap_or(Role::Head),
+                None => turns.get(at).copied().unwrap_or(Role::Early),
             };
             turns.insert(*at, role);
             for value in uses(&self.nodes.nodes[*at].inst) {

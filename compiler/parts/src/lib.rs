@@ -9,6 +9,7 @@
 //!
 //! | part | what it has |
 //! | --- | --- |
+//! | early | what no sensor leads to and several parts need, where another core can do it meanwhile |
 //! | head | the sensor words, and what more than one member needs |
 //! | member | memory that evolves on its own and costs much, such as a string, and what is only for it |
 //! | tail | everything else: what several members lead to, drive words, events |
@@ -30,6 +31,7 @@
 mod choose;
 mod classes;
 mod cut;
+mod early;
 mod nodes;
 mod run;
 
@@ -40,12 +42,15 @@ use whippen_kernel::{Kernel, Op};
 use choose::Roles;
 
 pub use choose::MEMBER_CYCLES_MIN;
+pub use early::EARLY_CYCLES_MIN;
 pub use run::Running;
 
 /// What a part is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
-    /// Runs first.
+    /// Runs first, at the same time as the head.
+    Early,
+    /// Runs before all members.
     Head,
     /// Runs after the head, in any order with the other members.
     Member(u32),
@@ -56,6 +61,7 @@ pub enum Role {
 impl fmt::Display for Role {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Role::Early => f.write_str("early"),
             Role::Head => f.write_str("head"),
             Role::Member(number) => write!(f, "member {number}"),
             Role::Tail => f.write_str("tail"),
@@ -104,7 +110,7 @@ pub struct Wire {
 /// A Kernel in parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parts {
-    /// In the order in which they may run: head, members, tail.
+    /// In the order in which they may run: early, if there is one, head, members, tail.
     pub parts: Vec<Part>,
     /// What crosses.
     pub wires: Vec<Wire>,
@@ -117,34 +123,40 @@ pub struct Parts {
 /// A Kernel in parts, if at least two members are worth it: each of [`MEMBER_CYCLES_MIN`] cycles or
 /// more, as the target's table estimates them. It has no probes.
 pub fn split(kernel: &Kernel) -> Option<Parts> {
-    split_by(kernel, choose::most_expensive, |member| Some(member as u32))
+    let apart = |member| Some(member as u32);
+    split_by(kernel, choose::most_expensive, apart, None)
 }
 
 /// As [`split`], with some members together: of each, the number of that which it becomes one of.
-/// What these alone need is theirs; what was the tail's stays there.
-pub fn split_together(kernel: &Kernel, together: &[u32]) -> Option<Parts> {
+/// What these alone need is theirs; what was the tail's stays there. With `early`, what no sensor
+/// leads to is a part of its own beside the head, if it takes [`EARLY_CYCLES_MIN`] cycles.
+pub fn split_together(kernel: &Kernel, together: &[u32], early: bool) -> Option<Parts> {
     let number = |member: usize| together.get(member).copied();
-    split_by(kernel, choose::most_expensive, number)
+    let least = early.then_some(EARLY_CYCLES_MIN);
+    split_by(kernel, choose::most_expensive, number, least)
 }
 
 /// As [`split_together`], with members that lie around these instructions of the tick (by their
-/// places), as far as they do not depend on each other: at least one. For tests.
+/// places), as far as they do not depend on each other: at least one. What no sensor leads to is
+/// early, where it takes so many cycles. For tests.
 pub fn split_around(
     kernel: &Kernel,
     insts: &[usize],
     together: impl Fn(usize) -> u32,
+    early: Option<u64>,
 ) -> Option<Parts> {
     let choose = |classes: &classes::Classes| {
         let own = insts.iter().filter_map(|at| classes.of_inst(*at));
         choose::independent(classes, own)
     };
-    split_by(kernel, choose, |member| Some(together(member)))
+    split_by(kernel, choose, |member| Some(together(member)), early)
 }
 
 fn split_by(
     kernel: &Kernel,
     choose: impl FnOnce(&classes::Classes) -> Vec<usize>,
     number: impl Fn(usize) -> Option<u32>,
+    early: Option<u64>,
 ) -> Option<Parts> {
     if kernel
         .all_insts()
@@ -164,13 +176,16 @@ fn split_by(
     let together = numbered(&number)?;
     let last = together.iter().map(|(_, number)| *number).max()?;
     let apart = numbered(&|member| Some(member as u32))?;
-    let apart = choose::roles(&classes, &apart);
+    let mut apart = choose::roles(&classes, &apart);
     let mut own = choose::roles(&classes, &together);
     for (own, apart) in own.iter_mut().zip(&apart) {
         // What is heard is looked for in the tail.
         if *apart == Role::Tail {
             *own = Role::Tail;
         }
+    }
+    if let Some(least) = early {
+        early::take_early(&classes, least, [&mut own, &mut apart]);
     }
     let roles = Roles { own, apart };
     cut::cut(&kernel, &nodes, &classes, &roles, last as usize + 1)

@@ -57,28 +57,52 @@ fn cells_of_tail(parts: &Parts) -> Vec<String> {
 fn parts_of_random_kernels_do_what_the_whole_does() {
     let wanted = std::env::var("WHIPPEN_KERNELS").ok();
     let kernels = wanted.and_then(|text| text.parse().ok()).unwrap_or(3000);
-    let (mut cuts, mut several, mut crossing) = (0, 0, 0_u64);
+    let (mut cuts, mut several, mut crossing, mut sooner) = (0, 0, 0_u64, 0);
     for seed in 0..kernels {
         let kernel = random_kernel(seed);
         let mut rng = Rng::new(seed ^ 0x5eed);
         let count = kernel.tick.insts.len() as u64;
         let wanted: Vec<usize> = (0..8).map(|_| rng.below(count.max(1)) as usize).collect();
         let mut tail = Vec::new();
-        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32) {
+        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32, None) {
             tail = cells_of_tail(&parts);
             cuts += 1;
             several += u64::from(parts.parts.len() > 3);
             crossing += u64::from(parts.wires.len() > 2);
             compare(&kernel, &parts, &mut rng, &format!("seed {seed}"));
         }
-        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32 % 2) {
-            assert!(parts.parts.len() <= 4);
+        let early = rng.chance(1, 2).then_some(1);
+        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32 % 2, early) {
+            let begins = usize::from(parts.parts[0].role == Role::Early);
+            assert!(parts.parts.len() <= 4 + begins);
+            sooner += begins;
+            what_is_early_stands_alone(&parts);
             let cells = cells_of_tail(&parts);
             let is_there = |cell: &String| cells.contains(cell);
-            assert!(tail.iter().all(is_there), "seed {seed}: {tail:?}");
+            assert!(
+                begins > 0 || tail.iter().all(is_there),
+                "seed {seed}: {tail:?}"
+            );
             compare(&kernel, &parts, &mut rng, &format!("seed {seed}, together"));
         }
     }
     println!("{cuts} of {kernels} cut, {several} with several members, {crossing} with wires");
     assert!(cuts > kernels / 2 && several > kernels / 4 && crossing > kernels / 10);
+    println!("{sooner} with an early part");
+    assert!(sooner as u64 > kernels / 50);
+}
+
+/// It reads no sensor, and neither takes something of other parts nor leaves it for the head.
+fn what_is_early_stands_alone(parts: &Parts) {
+    if parts.parts[0].role != Role::Early {
+        return;
+    }
+    let mut insts = parts.parts[0].kernel.tick.all_insts();
+    assert!(!insts.any(|inst| matches!(inst.op, Op::In(_))));
+    for wire in &parts.wires {
+        let role = |of: &Of| parts.parts[of.part].role;
+        assert!(wire.to.iter().all(|to| role(to) != Role::Early));
+        let between = wire.from.part == 0 && wire.to.iter().any(|to| role(to) == Role::Head);
+        assert!(!between);
+    }
 }

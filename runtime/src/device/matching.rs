@@ -204,6 +204,7 @@ mod tests {
             [
                 "mikey: ",
                 "knob: ",
+                "gimbal: ",
                 "touch: x y z tilt",
                 "pad: across height push",
                 "mouse: across height"

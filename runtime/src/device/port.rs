@@ -144,10 +144,15 @@ impl Port {
             low, high, step, ..
         } = self.sensor;
         let told = step.map_or(value, |step| (value / step).round() * step);
-        let told = self.converted(told);
-        let word = ((told - low) / (high - low) * f64::from(u16::MAX) + 0.5).floor();
+        let word = self.linear_word(self.converted(told));
+        (word, !(low..=high).contains(&value))
+    }
+
+    /// The word nearest to a value, by a straight sensor without steps.
+    pub fn linear_word(&self, value: f64) -> u16 {
+        let Sensor { low, high, .. } = self.sensor;
         // The cast clamps, and takes what is not a number to 0.
-        (word as u16, !(low..=high).contains(&value))
+        ((value - low) / (high - low) * f64::from(u16::MAX) + 0.5).floor() as u16
     }
 
     /// What is left of a value by the sensor's curve and its converter, straightened again: one of

@@ -83,6 +83,18 @@ impl Calibration {
     }
 }
 
+impl Calibration {
+    /// The least and the greatest reading of the table, without offset and gain.
+    pub fn domain(&self) -> (f64, f64) {
+        self.position_m.domain()
+    }
+
+    /// The position (m) of a reading without offset and gain; beyond the ends that of the end.
+    pub fn place_m(&self, reading: f64) -> f64 {
+        self.position_m.at(reading)
+    }
+}
+
 /// Halvings with which a place's reading is found: to the last bits of a number.
 const HALVINGS: usize = 60;
 

@@ -65,6 +65,21 @@ pub fn tune(readings: &[f64], table: &Calibration, stops_m: [f64; 2]) -> Result<
     } else {
         [greatest, least]
     };
+    let [rest, full] = readings_at(table, stops_m)?;
+    let gain = (at_full - at_rest) / (full - rest);
+    Ok(Tuning {
+        ends: [least, greatest],
+        rises,
+        offset: at_rest - gain * rest,
+        gain,
+    })
+}
+
+/// The table's readings where the key rests and where it is down (m).
+///
+/// # Errors
+/// The places are not in the table, or one place.
+pub fn readings_at(table: &Calibration, stops_m: [f64; 2]) -> Result<[f64; 2], String> {
     let [from_m, to_m] = table.ends_m();
     for place in stops_m {
         if !(from_m..=to_m).contains(&place) {
@@ -78,13 +93,7 @@ pub fn tune(readings: &[f64], table: &Calibration, stops_m: [f64; 2]) -> Result<
     if rest == full {
         return Err("the key rests where it is down; its two places must differ".to_string());
     }
-    let gain = (at_full - at_rest) / (full - rest);
-    Ok(Tuning {
-        ends: [least, greatest],
-        rises,
-        offset: at_rest - gain * rest,
-        gain,
-    })
+    Ok([rest, full])
 }
 
 /// The readings of a bare column.

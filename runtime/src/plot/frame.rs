@@ -71,21 +71,26 @@ pub fn shown(unit: &str) -> (String, f64) {
     }
 }
 
-/// What the player moves: its name, and the unit and factor it is shown in. Who turns a knob thinks
-/// in degrees.
-pub fn moved(unit: &str) -> (&'static str, String, f64) {
-    match unit {
-        "rad" => ("angle", "deg".into(), 180.0 / std::f64::consts::PI),
-        _ => ("key travel", shown(unit).0, shown(unit).1),
+/// What the player moves, a key or the port that has a name: what it is called, and the unit and
+/// factor it is shown in. Who turns a knob thinks in degrees.
+pub fn moved(port: Option<&str>, unit: &str) -> (String, String, f64) {
+    let degrees = 180.0 / std::f64::consts::PI;
+    match (unit, port) {
+        ("rad", None) => ("angle".into(), "deg".into(), degrees),
+        ("rad", Some(port)) => (format!("angle of {port}"), "deg".into(), degrees),
+        (_, None) => ("key travel".into(), shown(unit).0, shown(unit).1),
+        ("m", Some(port)) => (format!("position of {port}"), shown(unit).0, shown(unit).1),
+        (_, Some(port)) => (port.to_string(), shown(unit).0, shown(unit).1),
     }
 }
 
-/// What the player feels, by its unit.
-pub fn felt(unit: &str) -> &'static str {
-    if unit == "n_m" {
-        "torque"
-    } else {
-        "force at the key"
+/// What the player feels there, by its unit.
+pub fn felt(port: Option<&str>, unit: &str) -> String {
+    match (unit, port) {
+        ("n_m", None) => "torque".into(),
+        (_, None) => "force at the key".into(),
+        ("n_m", Some(port)) => format!("torque on {port}"),
+        (_, Some(port)) => format!("force on {port}"),
     }
 }
 

@@ -42,7 +42,7 @@ pub fn draw(figure: &Figure) -> Drawing {
             &mut page,
             (top, 280.0),
             &clock,
-            (travel, force),
+            (figure.port, travel, force),
             (&figure.places, figure.measured),
         );
         bottom = top + 280.0 + LABELS;
@@ -93,8 +93,8 @@ fn over_time(page: &mut Drawing, figure: &Figure, clock: &Clock) -> f64 {
 
 /// One panel over time.
 enum Panel<'a> {
-    Travel(&'a Series<'a>),
-    Forces(&'a [Series<'a>], Option<&'a Series<'a>>),
+    Travel(Option<&'a str>, &'a Series<'a>),
+    Forces(Option<&'a str>, &'a [Series<'a>], Option<&'a Series<'a>>),
     Coordinates(Vec<&'a Series<'a>>),
     Spectrum(&'a Spectrogram),
     States(&'a [Machine<'a>]),
@@ -103,8 +103,8 @@ enum Panel<'a> {
 impl Panel<'_> {
     fn height(&self) -> f64 {
         match self {
-            Panel::Travel(_) => 110.0,
-            Panel::Forces(terms, total) => {
+            Panel::Travel(..) => 110.0,
+            Panel::Forces(_, terms, total) => {
                 time::height(terms.len() + usize::from(total.is_some()), 200.0)
             }
             Panel::Coordinates(series) => time::height(series.len(), 150.0),
@@ -116,8 +116,10 @@ impl Panel<'_> {
     fn draw(&self, page: &mut Drawing, clock: &Clock, top: f64) {
         let place = (top, self.height());
         match self {
-            Panel::Travel(series) => time::travel(page, clock, place, series),
-            Panel::Forces(terms, total) => time::forces(page, clock, place, terms, *total),
+            Panel::Travel(port, series) => time::travel(page, clock, place, (*port, series)),
+            Panel::Forces(port, terms, total) => {
+                time::forces(page, clock, place, (*port, terms, *total));
+            }
             Panel::Coordinates(series) => time::coordinates(page, clock, place, series),
             Panel::Spectrum(of) => spectrum::draw(page, clock, place, of),
             Panel::States(machines) => bands::draw(page, clock, top, machines),
@@ -127,9 +129,11 @@ impl Panel<'_> {
 
 /// The panels for which a figure has data.
 fn panels<'a>(figure: &'a Figure) -> Vec<Panel<'a>> {
-    let travel = figure.travel.as_ref().map(Panel::Travel);
+    let travel = figure.travel.as_ref();
+    let travel = travel.map(|series| Panel::Travel(figure.port, series));
     let has_forces = figure.total.is_some() || !figure.forces.is_empty();
-    let forces = has_forces.then(|| Panel::Forces(&figure.forces, figure.total.as_ref()));
+    let forces =
+        has_forces.then(|| Panel::Forces(figure.port, &figure.forces, figure.total.as_ref()));
     let coordinates = by_unit(&figure.coordinates)
         .into_iter()
         .map(Panel::Coordinates);

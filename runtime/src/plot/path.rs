@@ -28,19 +28,25 @@ pub fn draw(
     page: &mut Drawing,
     (top, height): (f64, f64),
     clock: &Clock,
-    (travel, force): (&Series, &Series),
+    (port, travel, force): (Option<&str>, &Series, &Series),
     (places, measured): (&[Place], Option<&MeasuredLoop>),
 ) {
     let is_whole = travel.record.values().is_some();
     let seconds = (!is_whole).then(|| travel.record.head().len() as f64 / clock.rate_hz);
     let bottom = top + height;
-    let ((moved, x_unit, x_factor), (y_unit, y_factor)) = (moved(travel.unit), shown(force.unit));
+    let ((moved, x_unit, x_factor), (y_unit, y_factor)) =
+        (moved(port, travel.unit), shown(force.unit));
     let beside = measured.map(both_ways);
     let [xs, ys] = [0, 1].map(|at| beside.iter().map(move |records| &records[at]));
     let x = Axis::around(xs.chain([travel.record]), LEFT, RIGHT).in_units(x_factor);
     let y = Axis::around(ys.chain([force.record]), bottom, top).in_units(y_factor);
     upright_grid(page, &x, top, bottom);
-    level_grid(page, &y, top, heading(&over(force.unit, seconds), &y_unit));
+    level_grid(
+        page,
+        &y,
+        top,
+        heading(&over(port, force.unit, seconds), &y_unit),
+    );
     for (number, place) in places.iter().enumerate() {
         // Neighbours are labelled in three rows.
         let (at, row) = (x.place(place.at), 10.0 + LEADING * (number % 3) as f64);
@@ -72,15 +78,20 @@ pub fn draw(
             page.line(points, colour, 1.4);
         }
     }
-    let (there, back) = if travel.unit == "rad" {
-        ("right", "left")
-    } else {
-        ("press", "return")
-    };
+    let (there, back) = both_directions(port, travel.unit);
     legend(page, top + 6.0, there, Some(PRESS), 1.4);
     legend(page, top + 6.0 + LEADING, back, Some(RETURN), 1.4);
     page.line(vec![(LEFT, top), (LEFT, bottom)], GREY, 0.8);
-    abscissa(page, &x, bottom, heading(moved, &x_unit));
+    abscissa(page, &x, bottom, heading(&moved, &x_unit));
+}
+
+/// What both directions are called.
+fn both_directions(port: Option<&str>, unit: &str) -> (&'static str, &'static str) {
+    match (unit, port) {
+        ("rad", _) => ("right", "left"),
+        (_, None) => ("press", "return"),
+        (_, Some(_)) => ("forth", "back"),
+    }
 }
 
 /// What was measured, with its lines in the legend below those of the run.
@@ -106,14 +117,14 @@ fn both_ways(measured: &MeasuredLoop) -> [Record; 2] {
 
 /// The heading: `force at the key over its travel`, `torque over the angle`; of a long run `in the
 /// first 11.9 s`.
-fn over(unit: &str, first_s: Option<f64>) -> String {
-    let way = if unit == "n_m" {
-        "the angle"
-    } else {
-        "its travel"
+fn over(port: Option<&str>, unit: &str, first_s: Option<f64>) -> String {
+    let way = match (unit, port) {
+        ("n_m", _) => "the angle",
+        (_, None) => "its travel",
+        (_, Some(_)) => "its position",
     };
     let part = first_s.map_or(String::new(), |s| format!(" in the first {s:.1} s"));
-    format!("{} over {way}{part}", felt(unit))
+    format!("{} over {way}{part}", felt(port, unit))
 }
 
 /// The stretches of a way: first tick, one past the last, and whether it goes down.

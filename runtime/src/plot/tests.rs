@@ -104,6 +104,7 @@ fn hammer_trace(travel_m: Vec<f64>) -> Trace {
 
 fn roles() -> Roles {
     Roles {
+        is_of_key: true,
         title: "Grand piano: the bundled gesture".into(),
         travel: "x_m".into(),
         forces: [

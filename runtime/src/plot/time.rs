@@ -54,14 +54,19 @@ pub fn height(lines: usize, least: f64) -> f64 {
     least.max(lines as f64 * LEADING + 8.0)
 }
 
-/// The key's travel; `place` is the panel's upper edge and height, here and below.
-pub fn travel(page: &mut Drawing, clock: &Clock, place: (f64, f64), series: &Series) {
-    let (name, unit, factor) = moved(series.unit);
+/// The travel of a key or a port; `place` is the panel's upper edge and height, here and below.
+pub fn travel(
+    page: &mut Drawing,
+    clock: &Clock,
+    place: (f64, f64),
+    (port, series): (Option<&str>, &Series),
+) {
+    let (name, unit, factor) = moved(port, series.unit);
     panel(
         page,
         clock,
         place,
-        (name, unit, factor),
+        (&name, unit, factor),
         &[Line {
             series,
             colour: BLACK,
@@ -75,8 +80,7 @@ pub fn forces(
     page: &mut Drawing,
     clock: &Clock,
     place: (f64, f64),
-    terms: &[Series],
-    total: Option<&Series>,
+    (port, terms, total): (Option<&str>, &[Series], Option<&Series>),
 ) {
     let total = total.into_iter().map(|series| Line {
         series,
@@ -94,7 +98,7 @@ pub fn forces(
         page,
         clock,
         place,
-        (felt(unit_of(&lines)), unit, factor),
+        (&felt(port, unit_of(&lines)), unit, factor),
         &lines,
     );
 }

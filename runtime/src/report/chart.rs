@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 use super::knots::{Knots, Truth, knots};
 use crate::measured_loop::{MeasuredLoop, Point};
 use crate::plot::decimate::{Change, Run, changes, runs};
-use crate::plot::frame::{moved, shown};
+use crate::plot::frame::{felt, moved, shown};
 use crate::plot::layout::by_unit;
 use crate::plot::{Figure, Machine, Series};
 use crate::rate;
@@ -32,9 +32,9 @@ pub fn chart(figure: &Figure) -> Value {
     let mut columns = Columns::default();
     let mut panels = Vec::new();
     let travel = figure.travel.as_ref().map(|series| {
-        let (title, unit, factor) = moved(series.unit);
+        let (title, unit, factor) = moved(figure.port, series.unit);
         let at = columns.add(series, (unit.clone(), factor));
-        panels.push(panel(title, &unit, &[at]));
+        panels.push(panel(&title, &unit, &[at]));
         at
     });
     let mut forces: Vec<usize> = figure
@@ -48,12 +48,12 @@ pub fn chart(figure: &Figure) -> Value {
         .map(|series| columns.add(series, shown(series.unit)));
     forces.extend(total);
     if let Some(first) = figure.forces.first().or(figure.total.as_ref()) {
-        let title = if first.unit == "n_m" {
-            "torque"
-        } else {
-            "force"
+        let title = match (first.unit, figure.port) {
+            (unit, Some(port)) => felt(Some(port), unit),
+            ("n_m", None) => "torque".to_string(),
+            (_, None) => "force".to_string(),
         };
-        panels.push(panel(title, &shown(first.unit).0, &forces));
+        panels.push(panel(&title, &shown(first.unit).0, &forces));
     }
     for group in by_unit(&figure.coordinates) {
         let members: Vec<usize> = group

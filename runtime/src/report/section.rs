@@ -214,14 +214,14 @@ fn outcome(compiled: &Compiled, run: &Run) -> Vec<(String, String)> {
         ),
     ];
     let force = session::driven(&compiled.model);
-    let travel = if compiled.model.turns() {
+    let travel = if compiled.model.turns() || !compiled.model.is_of_key() {
         "furthest"
     } else {
         "deepest"
     };
     let at = peak(ExportKind::Total(0), &shown).map(|at| (format!("greatest {force}"), at));
     let moved = |suffix: &str| {
-        let (_, unit, factor) = moved(suffix);
+        let (_, unit, factor) = moved(None, suffix);
         (unit, factor)
     };
     facts.extend(at);

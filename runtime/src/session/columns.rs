@@ -169,6 +169,7 @@ pub fn roles(compiled: &Compiled) -> Roles {
     let total = (!model.forces.is_empty()).then(|| first(ExportKind::Total(0)));
     Roles {
         title: model.name.replace('_', " "),
+        is_of_key: model.is_of_key(),
         travel: first(ExportKind::Sense(main as u32)),
         forces: titles(
             compiled,

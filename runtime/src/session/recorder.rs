@@ -5,9 +5,11 @@ use std::sync::atomic::AtomicBool;
 
 use whippen_compiler::lower::{ExportKind, LoweredEventKind};
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::rate::Rate;
 
 use super::between::{self, Between};
 use super::columns::{Recorded, Signal, arguments, choose, event_heading, marked};
+use crate::automation::{Automation, Change};
 use crate::device::{Device, Drive};
 use crate::engine::{Engine, EngineKind, Happened};
 use crate::files::{FileError, OutputFile};
@@ -56,6 +58,7 @@ pub struct Recording {
     sound: Option<SoundFile>,
     stop: Option<&'static AtomicBool>,
     points: Vec<Point>,
+    automation: Automation,
 }
 
 impl Recording {
@@ -71,6 +74,7 @@ impl Recording {
             sound: None,
             stop: None,
             points: Vec::new(),
+            automation: Automation::default(),
         }
     }
 
@@ -115,6 +119,17 @@ impl Recording {
     #[must_use]
     pub fn until(self, stop: Option<&'static AtomicBool>) -> Recording {
         Recording { stop, ..self }
+    }
+
+    /// The same, in which live values change.
+    #[must_use]
+    pub fn changing(self, automation: Automation) -> Recording {
+        Recording { automation, ..self }
+    }
+
+    /// The changes of live values, with the ticks before which they are made.
+    pub(super) fn changes(&self, rate: Rate) -> impl Iterator<Item = (usize, Change)> + use<> {
+        self.automation.by_tick(self.start_s, rate)
     }
 
     /// What ends it early.

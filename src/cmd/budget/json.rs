@@ -140,10 +140,8 @@ fn parts_json(cut: &CutBound, tail: &[ZoneBound]) -> Value {
     let parts = parts.map(|own| part(own.role.to_string(), own.core, &own.code));
     let tail = tail.iter().map(|own| part("tail".to_string(), 0, own));
     let helped = cut.helped.as_ref().map(|helped| {
-        json!({
-            "own_cycles_max": helped.own.cycles_max,
-            "helped_cycles_max": helped.helped_cycles_max(),
-        })
+        let [own, of_core1] = helped.members_cycles_max();
+        json!({ "own_cycles_max": own, "helped_cycles_max": of_core1 })
     });
     json!({ "all": parts.chain(tail).collect::<Vec<_>>(), "members": helped })
 }

@@ -216,11 +216,11 @@ fn print_parts(bounded: &Bounded, out: &mut String) {
         let _ = writeln!(out, "  {:>6}  tail, on core 0", tail.tick.cycles_max(1));
     }
     if let Some(helped) = &cut.helped {
+        let [own, of_core1] = helped.members_cycles_max();
         let _ = writeln!(
             out,
             "  {:>6}  core 0 with its members, {} until core 1 is done with its own",
-            helped.own.cycles_max,
-            helped.helped_cycles_max()
+            own, of_core1
         );
     }
 }

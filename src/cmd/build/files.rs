@@ -8,6 +8,7 @@ use whippen_compiler::image::{Board, Image, Variables, executable, listing, map,
 use whippen_compiler::variables::variables;
 use whippen_runtime::files::{FileError, write_whole};
 use whippen_runtime::image::ImageInstrument;
+use whippen_runtime::web;
 
 use super::Args;
 use crate::cmd::proof;
@@ -22,6 +23,7 @@ enum Kind {
     Uf2,
     Object,
     C,
+    Wasm,
 }
 
 /// The file that was asked for.
@@ -39,7 +41,8 @@ pub fn output(name: OsString) -> Result<Output, String> {
         Some("uf2") => Kind::Uf2,
         Some("o") => Kind::Object,
         Some("c") => Kind::C,
-        _ => return Err("its ending says what to make: .elf, .uf2, .o or .c".to_string()),
+        Some("wasm") => Kind::Wasm,
+        _ => return Err("its ending says what to make: .elf, .uf2, .o, .c or .wasm".to_string()),
     };
     Ok(Output { path, kind })
 }
@@ -63,7 +66,7 @@ impl Output {
     /// It, and what is written beside it.
     pub fn files(&self) -> Vec<PathBuf> {
         let beside: &[&str] = match self.kind {
-            Kind::Elf | Kind::Uf2 => &[],
+            Kind::Elf | Kind::Uf2 | Kind::Wasm => &[],
             Kind::C | Kind::Object => &["h", "rs"],
         };
         let beside = beside.iter().map(|ending| self.path.with_extension(ending));
@@ -73,14 +76,46 @@ impl Output {
 
 impl Files<'_> {
     fn write(&self, args: &Args) -> Outcome {
+        if !args.output.is_image() {
+            self.setup.check_reads_raw()?;
+        }
         match args.output.kind {
-            Kind::C if args.map.is_some() || args.listing.is_some() => Err(Failure::Usage(
-                "--map and --listing show machine code; C has none: make a .o".to_string(),
-            )),
+            Kind::C | Kind::Wasm if args.map.is_some() || args.listing.is_some() => {
+                let why =
+                    "--map and --listing show machine code; C and WebAssembly have none: make a .o";
+                Err(Failure::Usage(why.to_string()))
+            }
             Kind::C => self.write_c(&args.output.path),
+            Kind::Wasm => self.write_wasm(&args.output.path),
             Kind::Object => self.write_object(args),
             Kind::Elf | Kind::Uf2 => self.write_image(args),
         }
+    }
+
+    /// A module for browsers, on which no deadline is proven.
+    fn write_wasm(&self, path: &Path) -> Outcome {
+        let setup = self.setup;
+        let [compiled] = &setup.instruments[..] else {
+            let why = "a .wasm has one instrument; name one of them after the files";
+            return Err(Failure::Usage(why.to_string()));
+        };
+        let keys = if compiled.model.is_of_key() {
+            setup.keys
+        } else {
+            1
+        };
+        let module = web::module(compiled, &setup.device, keys as usize);
+        let module = module.map_err(|error| Failure::Usage(error.to_string()))?;
+        put(path, &module.bytes)?;
+        say!(
+            "{}: {} on {keys} {}, {} bytes, {} bytes of memory",
+            path.display(),
+            compiled.model.name,
+            if keys == 1 { "key" } else { "keys" },
+            module.bytes.len(),
+            module.map.end
+        );
+        Ok(())
     }
 
     fn write_image(&self, args: &Args) -> Outcome {

@@ -41,7 +41,7 @@ impl Routine {
 /// A tick of one string: `k0` to `k3` in R0 to R3, the points at RECORD.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) struct StringRoutine {
-    /// The cells of the displacements and of the rates.
+    /// The cells of the slopes and of the rates.
     pub cells: [u32; 2],
     /// Whether the ends are clamped, not pinned.
     pub clamped: [bool; 2],

@@ -2,13 +2,14 @@
 //! words, a loop for the Cortex-M0+ (`v6m::string`).
 //!
 //! ```text
-//!   U_l  U_(l+1)  U_(l+2)  e_l  W_(l-1)  W_l  v_(l-1)  v_l      eleven registers, whose names rotate
+//!   k0 .. k3 | Q_l, P_(l+1), v_l, v_(l+1), W_(l+1), e_l, e_(l+1), what e_(l-1) is without v_l
 //! ```
 //!
-//! A point takes 14 instructions and two loads of coefficients, for which registers do not reach:
-//! `k1` and `k2` stay, `k0` and `k3` are on the stack. No result is read by the instruction behind
-//! it, since sums that saturate, products and loads come a cycle late: the first two loads of a
-//! point stand between the last instructions of the one before.
+//! A point takes 13 instructions. The coefficients stay in R0 to R3, and nine registers rotate by
+//! name; the sum of a point is begun in the register of what the point before it does to its
+//! neighbours, as soon as that one's own sum has it. No result is read by the instruction behind
+//! it, since sums that saturate, products and loads come a cycle late: two points are in work at a
+//! time.
 //!
 //! It is text, so that no pass that orders or allocates instructions ever sees the thousands of
 //! them, and every string has its own, because how many points there are and where they lie is
@@ -28,7 +29,7 @@ use whippen_kernel::{Kernel, Op, wave};
 /// Where the points of a string lie in the record.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StringPlace {
-    /// Offsets of the first words.
+    /// Offsets of the first slope and the first rate.
     pub at: [u32; 2],
     /// How many points there are.
     pub count: u32,
@@ -48,17 +49,18 @@ pub(super) fn add_routines(
 ) -> Result<(), ThumbError> {
     let features = Features::of(options.arch);
     for routine in routines(kernel) {
-        let [u, v] = routine.cells;
+        let [e, v] = routine.cells;
         let place = StringPlace {
-            at: [u, v].map(|cell| layout.cells[cell as usize]),
-            count: kernel.cells[u as usize].len,
+            at: [e, v].map(|cell| layout.cells[cell as usize]),
+            count: kernel.cells[v as usize].len,
             clamped: routine.clamped,
         };
         let text = if features.legal_as_selected {
-            let end = place.at[0].max(place.at[1]) + 4 * (place.count - 1);
+            let [slopes, rates] = place.at;
+            let end = (slopes + 4 * place.count).max(rates + 4 * (place.count - 1));
             if end > features.load_offset_max {
                 return Err(ThumbError::Reach {
-                    name: kernel.cells[u as usize].name.clone(),
+                    name: kernel.cells[e as usize].name.clone(),
                     end,
                     max: features.load_offset_max,
                 });
@@ -82,8 +84,8 @@ pub(super) const LABEL: &str = "string";
 /// What a kernel's strings call, each once.
 fn routines(kernel: &Kernel) -> BTreeSet<StringRoutine> {
     let routine = |inst: &whippen_kernel::Inst| match inst.op {
-        Op::Wave(u, v) => Some(StringRoutine::new(
-            [u, v],
+        Op::Wave(e, v) => Some(StringRoutine::new(
+            [e, v],
             wave::ends(&kernel.values, &inst.args),
         )),
         _ => None,
@@ -105,12 +107,12 @@ fn straight_line(place: StringPlace, wide: bool) -> String {
         free: REGISTERS.to_vec(),
     };
     let kept = "r4, r5, r6, r8, r9, r10, r11, r12";
-    w.op(format_args!("push{suffix} {{r0, r3, {kept}, lr}}"));
+    w.op(format_args!("push{suffix} {{{kept}, lr}}"));
     let mut window = w.enter();
-    for point in 0..place.count {
+    for point in 0..place.count - 1 {
         window = w.point(point, window);
     }
-    w.op(format_args!("add{suffix} sp, sp, #8"));
+    w.last_point(window);
     w.op(format_args!("pop{suffix} {{{kept}, pc}}"));
     w.text + &format!("\t.size {LABEL}, . - {LABEL}\n")
 }
@@ -118,176 +120,166 @@ fn straight_line(place: StringPlace, wide: bool) -> String {
 /// A register, by its name.
 type Register = &'static str;
 
-/// Those that hold words and `k0` or `k3`, in the order in which they are taken from the end.
-const REGISTERS: [Register; 11] = [
-    "lr", "r12", "r11", "r10", "r9", "r8", "r6", "r5", "r4", "r3", "r0",
-];
+/// Those that hold words of the string, in the order in which they are taken from the end.
+const REGISTERS: [Register; 9] = ["lr", "r12", "r11", "r10", "r9", "r8", "r6", "r5", "r4"];
 
-/// The grids of a string.
-const U: usize = 0;
-const V: usize = 1;
+/// Where `k0` to `k3` are.
+const K: [Register; 4] = ["r0", "r1", "r2", "r3"];
 
-/// Where the coefficients that are loaded lie on the stack.
-const K0: u32 = 0;
-const K3: u32 = 4;
+/// The cells of a string.
+const SLOPES: usize = 0;
+const RATES: usize = 1;
 
-/// What is in registers where a point begins.
+/// What is in registers where a point is finished, and the one behind it begun.
 #[derive(Clone, Copy)]
 struct Window {
-    u: Register,
-    /// None at the last point.
-    u_next: Option<Register>,
-    /// None at the last two points.
-    u_after: Option<Register>,
-    e: Register,
-    /// None where it is 0.
-    w_before: Option<Register>,
-    w: Register,
-    /// None where it is 0.
-    v_before: Option<Register>,
+    /// The sum of its products and what the point before does to it.
+    q: Register,
+    /// What it does to its neighbours.
+    p: Register,
     v: Register,
-    k0: Register,
+    /// The rate of the point behind it, if there is one.
+    v_next: Register,
+    /// The slope before it, without its own new rate.
+    pending: Register,
+    /// The slope behind it.
+    e: Register,
+    /// The slope behind the next point.
+    e_next: Register,
 }
 
 struct Writer {
     place: StringPlace,
     /// Of instructions that would be narrow.
     suffix: &'static str,
-    /// Whether a load behind another one costs less than the cycle that a sum comes late.
+    /// Whether a load behind another one costs less than a load alone.
     pairs_loads: bool,
     text: String,
     free: Vec<Register>,
 }
 
 impl Writer {
-    /// The window of the first point.
+    /// Begins the first point.
     fn enter(&mut self) -> Window {
-        let [u, u_next, u_after] = [0, 1, 2].map(|point| self.load(U, point));
-        let v = self.load(V, 0);
-        let k0 = self.coefficient(K0);
-        let e = self.take();
-        let suffix = self.suffix;
-        self.op(format_args!("sub{suffix} {e}, {u_next}, {u}"));
-        let w_before = self.place.clamped[0].then(|| self.doubled(u));
+        let pending = self.load(SLOPES, 0);
+        let e = self.load(SLOPES, 1);
+        let v = self.load(RATES, 0);
+        let e_next = self.load(SLOPES, 2);
+        let v_next = self.load(RATES, 1);
         let w = self.take();
-        self.op(format_args!("qsub {w}, {e}, {u}"));
-        Window {
-            u,
-            u_next: Some(u_next),
-            u_after: Some(u_after),
-            e,
-            w_before,
-            w,
-            v_before: None,
-            v,
-            k0,
+        self.op(format_args!("qsub {w}, {e}, {pending}"));
+        let end = self.place.clamped[0].then(|| {
+            let bend = self.take();
+            self.op(format_args!("qadd {bend}, {pending}, {pending}"));
+            bend
+        });
+        let p = self.take();
+        self.op(format_args!("smmulr {p}, {}, {v}", K[2]));
+        if let Some(end) = end {
+            self.op(format_args!("smmulr {end}, {}, {end}", K[1]));
         }
-    }
-
-    /// One point; gives the next one's window.
-    fn point(&mut self, point: u32, window: Window) -> Window {
-        let (is_last, suffix) = (window.u_next.is_none(), self.suffix);
-        let Window {
-            u, e, w, v, k0: a, ..
-        } = window;
-        let e_after = window
-            .u_next
-            .map(|next| self.difference(window.u_after, next));
-        self.op(format_args!("smmulr {a}, {a}, {w}"));
-        let w_after = match e_after {
-            Some(after) => {
-                self.op(format_args!("qsub {e}, {after}, {e}"));
-                Some(e)
+        self.op(format_args!("smmlar {p}, {}, {w}, {p}", K[1]));
+        let q = match end {
+            Some(end) => {
+                self.op(format_args!("smmlar {end}, {}, {w}, {end}", K[0]));
+                self.free.push(w);
+                end
             }
-            None => self.place.clamped[1].then(|| self.doubled(u)),
+            None => {
+                self.op(format_args!("smmulr {w}, {}, {w}", K[0]));
+                w
+            }
         };
-        let v_after = (!is_last).then(|| self.load(V, point + 1));
-        let bends = self.sum(window.w_before, w_after);
-        let rates = self.sum(window.v_before, v_after);
-        self.product(a, "r1", bends);
-        self.free.extend(window.w_before);
-        let k3 = self.coefficient(K3);
-        self.product(a, "r2", rates);
-        self.free.extend(window.v_before);
-        self.op(format_args!("smmlar {a}, {k3}, {v}, {a}"));
-        self.free.push(k3);
-        let ahead = point + 3;
-        let u_behind = (ahead < self.place.count).then(|| self.load(U, ahead));
-        let early = (self.pairs_loads && !is_last).then(|| self.coefficient(K0));
-        self.op(format_args!("qadd {a}, {v}, {a}"));
-        let k0 = match early {
-            Some(k0) => k0,
-            None if is_last => a,
-            None => self.coefficient(K0),
-        };
-        self.op(format_args!("add{suffix} {u}, {u}, {a}, lsl #1"));
-        self.store(V, point, a);
-        self.store(U, point, u);
-        self.free.extend([u, a]);
+        self.op(format_args!("smmlar {q}, {}, {v}, {q}", K[3]));
         Window {
-            u: window.u_next.unwrap_or(u),
-            u_next: window.u_after,
-            u_after: u_behind,
-            e: e_after.unwrap_or(e),
-            w_before: Some(w),
-            w: w_after.unwrap_or(w),
-            v_before: Some(v),
-            v: v_after.unwrap_or(v),
-            k0,
+            q,
+            p,
+            v,
+            v_next,
+            pending,
+            e,
+            e_next,
         }
     }
 
-    /// The difference of a point and the one behind it, which may be the end.
-    fn difference(&mut self, after: Option<Register>, of: Register) -> Register {
-        let (e, suffix) = (self.take(), self.suffix);
-        match after {
-            Some(after) => self.op(format_args!("sub{suffix} {e}, {after}, {of}")),
-            None => self.op(format_args!("rsb{suffix} {e}, {of}, #0")),
-        }
-        e
-    }
-
-    /// The sum of two neighbours' words in the register of the first, or the one that there is.
-    fn sum(&mut self, before: Option<Register>, after: Option<Register>) -> Option<Register> {
-        if let (Some(before), Some(after)) = (before, after) {
-            self.op(format_args!("qadd {before}, {before}, {after}"));
-        }
-        before.or(after)
-    }
-
-    /// Adds the top word of a coefficient and a sum.
-    fn product(&mut self, a: Register, k: Register, of: Option<Register>) {
-        if let Some(of) = of {
-            self.op(format_args!("smmlar {a}, {k}, {of}, {a}"));
-        }
-    }
-
-    /// The bend of a clamped end.
-    fn doubled(&mut self, u: Register) -> Register {
+    /// Finishes a point and begins the one behind it; gives that one's window.
+    fn point(&mut self, point: u32, window: Window) -> Window {
+        let Window {
+            q, p, v, v_next, e, ..
+        } = window;
+        // What there is behind the next point: a rate, and a slope behind that.
+        let is_followed = point + 2 < self.place.count;
         let w = self.take();
-        self.op(format_args!("qadd {w}, {u}, {u}"));
-        w
+        self.op(format_args!("qsub {w}, {}, {e}", window.e_next));
+        let p_next = self.take();
+        self.op(format_args!("smmulr {p_next}, {}, {v_next}", K[2]));
+        self.op(format_args!("smmlar {p}, {}, {w}, {p}", K[0]));
+        self.op(format_args!("smmlar {p_next}, {}, {w}, {p_next}", K[1]));
+        self.free.push(w);
+        let early = (is_followed && !self.pairs_loads).then(|| self.load(RATES, point + 2));
+        self.op(format_args!("qadd {q}, {q}, {p_next}"));
+        self.op(format_args!("smmlar {p}, {}, {v_next}, {p}", K[3]));
+        self.op(format_args!("qadd {v}, {v}, {q}"));
+        self.free.push(q);
+        let e_after = is_followed.then(|| self.load(SLOPES, point + 3));
+        let late = (is_followed && self.pairs_loads).then(|| self.load(RATES, point + 2));
+        let pending = self.move_slope(point, window);
+        self.store(RATES, point, v);
+        self.free.extend([v, e]);
+        Window {
+            q: p,
+            p: p_next,
+            v: v_next,
+            v_next: early.or(late).unwrap_or(v_next),
+            pending,
+            e: window.e_next,
+            e_next: e_after.unwrap_or(window.e_next),
+        }
     }
 
-    fn load(&mut self, grid: usize, point: u32) -> Register {
+    /// Finishes the last point, whose neighbour is the end.
+    fn last_point(&mut self, window: Window) {
+        let Window { q, v, e, .. } = window;
+        if self.place.clamped[1] {
+            let (p_end, suffix) = (self.take(), self.suffix);
+            self.op(format_args!("mov{suffix} {p_end}, #0"));
+            self.op(format_args!("qsub {p_end}, {p_end}, {e}"));
+            self.op(format_args!("qadd {p_end}, {p_end}, {p_end}"));
+            self.op(format_args!("smmulr {p_end}, {}, {p_end}", K[1]));
+            self.op(format_args!("qadd {q}, {q}, {p_end}"));
+        }
+        self.op(format_args!("qadd {v}, {v}, {q}"));
+        let last = self.place.count - 1;
+        let slope = self.move_slope(last, window);
+        self.store(RATES, last, v);
+        self.store(SLOPES, last + 1, slope);
+    }
+
+    /// The slope before a point gets the point's new rate and is stored; gives the slope behind it,
+    /// which waits for the rate that is next.
+    fn move_slope(&mut self, point: u32, window: Window) -> Register {
+        let (Window { v, pending, e, .. }, suffix) = (window, self.suffix);
+        self.op(format_args!(
+            "add{suffix} {pending}, {pending}, {v}, lsl #1"
+        ));
+        self.store(SLOPES, point, pending);
+        self.op(format_args!("sub{suffix} {pending}, {e}, {v}, lsl #1"));
+        pending
+    }
+
+    fn load(&mut self, cell: usize, word: u32) -> Register {
         let to = self.take();
-        self.access("ldr", grid, point, to);
+        self.access("ldr", cell, word, to);
         to
     }
 
-    fn store(&mut self, grid: usize, point: u32, from: Register) {
-        self.access("str", grid, point, from);
+    fn store(&mut self, cell: usize, word: u32, from: Register) {
+        self.access("str", cell, word, from);
     }
 
-    fn access(&mut self, op: &str, grid: usize, point: u32, reg: Register) {
-        let (offset, suffix) = (self.place.at[grid] + 4 * point, self.suffix);
+    fn access(&mut self, op: &str, cell: usize, word: u32, reg: Register) {
+        let (offset, suffix) = (self.place.at[cell] + 4 * word, self.suffix);
         self.op(format_args!("{op}{suffix} {reg}, [r{RECORD}, #{offset}]"));
-    }
-
-    fn coefficient(&mut self, at: u32) -> Register {
-        let (to, suffix) = (self.take(), self.suffix);
-        self.op(format_args!("ldr{suffix} {to}, [sp, #{at}]"));
-        to
     }
 
     fn take(&mut self) -> Register {

@@ -120,6 +120,7 @@ mod tests {
             converter_interrupt: 56,
             stacks: vec![0x2002_0000],
             places: Vec::new(),
+            knob: None,
         }
     }
 

@@ -53,6 +53,7 @@ fn board() -> Board {
         converter_interrupt: 46,
         stacks: vec![0x2008_1000, 0x2008_2000],
         places: Vec::new(),
+        knob: None,
     }
 }
 

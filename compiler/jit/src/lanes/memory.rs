@@ -183,7 +183,7 @@ impl Lanes<'_> {
             ty: I32X4,
             start,
             step: 4 * self.t.layout.keys as i64,
-            count: self.t.kernel.cells[cells[0] as usize].len.into(),
+            count: self.t.kernel.cells[cells[1] as usize].len.into(),
             k,
             ends: wave::ends(&self.t.kernel.values, &inst.args),
             mask: self.mask,

@@ -69,7 +69,7 @@ impl Lanes<'_> {
             Op::Out(port) => return self.output(port, a),
             Op::Set(cell) => return self.set(cell, a),
             Op::SetAt(cell) => return self.set_at(cell, a, b),
-            Op::Wave(u, v) => return self.wave(inst, [u, v]),
+            Op::Wave(e, v) => return self.wave(inst, [e, v]),
             Op::Push(line) => return self.push(line, a),
             Op::Emit(event) => return self.emit(event, &inst.args),
             Op::Probe(probe) => return self.probe(probe, a),

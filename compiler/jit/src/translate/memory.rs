@@ -211,7 +211,7 @@ impl Translator<'_> {
             ty: I32,
             start,
             step: 4 * self.layout.keys as i64,
-            count: self.kernel.cells[cells[0] as usize].len.into(),
+            count: self.kernel.cells[cells[1] as usize].len.into(),
             k,
             ends: wave::ends(&self.kernel.values, &inst.args),
             mask: None,

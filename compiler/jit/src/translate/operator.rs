@@ -56,7 +56,7 @@ impl Translator<'_> {
             Op::Out(port) => return self.output(port, a),
             Op::Set(cell) => return self.set(cell, None, a),
             Op::SetAt(cell) => return self.set(cell, Some(a), b),
-            Op::Wave(u, v) => return self.wave(inst, [u, v]),
+            Op::Wave(e, v) => return self.wave(inst, [e, v]),
             Op::Push(line) => return self.push(line, a),
             Op::Fill(line) => return self.fill(line, a),
             Op::Emit(event) => return self.emit(event, &inst.args),

@@ -8,13 +8,14 @@ use whippen_kernel::{Builder, Interp, Kernel, Op, Type};
 fn string(count: u32, k: [i64; 4], ends: [i64; 2]) -> Kernel {
     let mut b = Builder::new("string", 44_100);
     let all = Type::I32.range();
-    let [u, v] = ["u", "v"].map(|name| b.grid(name, Type::I32, count, all, 0));
+    let e = b.grid("e", Type::I32, count + 1, all, 0);
+    let v = b.grid("v", Type::I32, count, all, 0);
     b.begin_tick();
     let args = k.iter().chain(&ends);
     let args: Vec<_> = args
         .map(|word| b.constant(Type::I32, *word).expect("a word"))
         .collect();
-    b.effect(Op::Wave(u, v), &args).expect("a string");
+    b.effect(Op::Wave(e, v), &args).expect("a string");
     b.finish()
 }
 
@@ -28,7 +29,8 @@ fn compare(rng: &mut Rng, count: u32, keys: usize, sizes: u64) {
     interp.init(&[]);
     code.init(&[]);
     for (key, cell) in (0..keys).flat_map(|key| [(key, 0), (key, 1)]) {
-        for point in 0..count as usize {
+        let words = kernel.cells[cell].len as usize;
+        for point in 0..words {
             let word = rng.interesting(Type::I32.range());
             interp.set_cell(key, cell, point, word).expect("a word");
             code.set_cell(key, cell, point, word).expect("a word");

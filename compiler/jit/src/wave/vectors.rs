@@ -2,10 +2,11 @@
 //! waits for another.
 //!
 //! ```text
-//!   bends:  W_0 | W_1 .. W_4 | W_5 .. W_8 | ..     | W_N     kept on the stack, from U
-//!                                    | the last four |       blocks may overlap: what is written is the same
-//!   points: 1 .. 4 | 5 .. 8 | ..                             in place; the rates to the left of a block are
-//!                                    | the last four |       kept, the last block is made first and stored last
+//!   first:   what each point does to its neighbours, with both ends, and to itself    on the stack
+//!   second:  rates and the slopes before them, in place, by four words
+//!            1 .. 4 | 5 .. 8 | ..
+//!                        | the last four |    blocks may overlap: the last is read before the others
+//!                                             are written, and written behind them
 //! ```
 
 use super::Points;
@@ -17,29 +18,25 @@ use cranelift_codegen::ir::{InstBuilder, StackSlotData, StackSlotKind, Value};
 /// Points of a block.
 const WIDTH: i64 = 4;
 
-/// The fewest points that are two blocks, one of them with a neighbour on each side.
-const COUNT_MIN: i64 = 8;
-
-/// Whether a string of so many points, so many bytes apart, is ticked in vectors: where they are
+/// Whether a string whose points are so many bytes apart is ticked in vectors: where they are
 /// tested, and lie side by side.
-pub(super) fn suits(count: i64, step: i64) -> bool {
-    cfg!(target_arch = "x86_64") && count >= COUNT_MIN && step == 4
+pub(super) fn suits(step: i64) -> bool {
+    cfg!(target_arch = "x86_64") && step == 4
 }
 
-/// The neighbours of a block's words that are not beside them in memory.
+/// Where it stands on the stack what points do.
 #[derive(Clone, Copy)]
-enum Beside {
-    /// They are in memory.
-    Memory,
-    /// The word on the left is the last of these.
-    Left(Value),
-    /// The word on the right is that of the end, which is 0.
-    End,
+struct Done {
+    /// To their neighbours: the end's, then those of the points, then the other end's.
+    beside: Value,
+    /// To themselves.
+    own: Value,
 }
 
 impl Points<'_, '_> {
     /// One tick of all points.
     pub(super) fn tick_in_vectors(mut self) {
+        let done = self.done_at_ends();
         // Were it known that all words are the same, they would be widened outside of the loop, and
         // products of words in it would become those of 64 bits.
         self.k = self.k.map(|k| {
@@ -47,114 +44,98 @@ impl Points<'_, '_> {
             self.words_of(first, first, [0; 4])
         });
         self.ty = I32X4;
-        let bends = self.bends();
-        let [u, v] = self.start;
         let last = 4 * (self.count - WIDTH);
-        let at = self.ins().iconst(I64, last);
-        let tail = self.block(bends, at, Beside::End);
+        let tail = self.ins().iconst(I64, last);
         let zero = saturate::constant(self.f, self.k[0], 0);
-        // Blocks whose right neighbours are in memory: all but the last.
-        self.blocks(0, zero, |points, at, rates| {
-            let [here, place, rate] = points.block(bends, at, Beside::Left(rates));
-            let access = points.access.columns;
-            for (start, words) in [(u, place), (v, rate)] {
-                let to = points.ins().iadd(start, at);
-                points.ins().store(access, words, to, 0);
-            }
-            here
-        });
-        let [_, place, rate] = tail;
-        let access = self.access.columns;
-        for (start, words) in [(u, place), (v, rate)] {
-            self.ins().store(access, words, start, last as i32);
-        }
-    }
-
-    /// The bends of all points and both ends; gives where they stand.
-    fn bends(&mut self) -> Value {
-        let bytes = 4 * (self.count + 2) as u32;
-        let slot = StackSlotData::new(StackSlotKind::ExplicitSlot, bytes, 4);
-        let slot = self.f.create_sized_stack_slot(slot);
-        let bends = self.ins().stack_addr(I64, slot, 0);
-        let u = self.start[0];
-        let last = 4 * (self.count - 1);
-        for (end, at, to) in [(self.ends[0], 0, 0), (self.ends[1], last, last + 8)] {
-            let access = self.access.columns;
-            let outermost = self.ins().load(I32, access, u, at as i32);
-            let held = self.held(end, outermost);
-            self.ins().store(access, held, bends, to as i32);
-        }
-        let [first, behind] = [0, 4 * (self.count - WIDTH)].map(|at| self.ins().iconst(I64, at));
-        let zero = saturate::constant(self.f, self.k[0], 0);
-        self.bend(bends, first, Beside::Left(zero));
-        self.blocks(1, zero, |points, at, carried| {
-            points.bend(bends, at, Beside::Memory);
+        self.blocks(zero, |points, at, carried| {
+            points.products(done, at);
             carried
         });
-        self.bend(bends, behind, Beside::End);
-        bends
-    }
-
-    /// The bends of a block.
-    fn bend(&mut self, bends: Value, at: Value, beside: Beside) {
-        let from = self.start[0];
-        let [left, here, right] = self.neighbours(from, at, beside);
-        let (before, after) = (self.ins().isub(here, left), self.ins().isub(right, here));
-        let bend = self.minus(after, before);
-        let (to, access) = (self.ins().iadd(bends, at), self.access.columns);
-        self.ins().store(access, bend, to, 4);
-    }
-
-    /// The rates of a block before the tick, and its `U` and rates behind it.
-    fn block(&mut self, bends: Value, at: Value, beside: Beside) -> [Value; 3] {
-        let [u, v] = self.start;
-        let [left, here, right] = self.neighbours(v, at, beside);
-        let [bends, u] = [bends, u].map(|start| self.ins().iadd(start, at));
+        self.products(done, tail);
+        let [e, v] = self.start;
         let access = self.access.columns;
-        let [w_before, w, w_after] =
-            [0, 4, 8].map(|offset| self.ins().load(I32X4, access, bends, offset));
-        let (bends, rates) = (self.plus(w_before, w_after), self.plus(left, right));
-        let a = self.sum_of_tops([w, bends, rates, here]);
-        let rate = self.plus(here, a);
-        let place = self.ins().load(I32X4, access, u, 0);
-        let twice = self.ins().iadd(rate, rate);
-        [here, self.ins().iadd(place, twice), rate]
+        let rates = self.rates(done, tail);
+        let slopes = self.ins().load(I32X4, access, e, last as i32);
+        self.blocks(zero, |points, at, before| {
+            let rates = points.rates(done, at);
+            let at_slopes = points.ins().iadd(e, at);
+            let slopes = points.ins().load(I32X4, access, at_slopes, 0);
+            let left = points.words_of(before, rates, [3, 4, 5, 6]);
+            let slopes = points.moved(slopes, left, rates);
+            points.ins().store(access, slopes, at_slopes, 0);
+            let at_rates = points.ins().iadd(v, at);
+            points.ins().store(access, rates, at_rates, 0);
+            rates
+        });
+        self.ins().store(access, rates, v, last as i32);
+        let left = self.ins().load(I32X4, access, v, last as i32 - 4);
+        let slopes = self.moved(slopes, left, rates);
+        self.ins().store(access, slopes, e, last as i32);
+        self.last_slope();
     }
 
-    /// A block's words, and those to their left and right.
-    fn neighbours(&mut self, start: Value, at: Value, beside: Beside) -> [Value; 3] {
-        let at = self.ins().iadd(start, at);
-        let access = self.access.columns;
-        let here = self.ins().load(I32X4, access, at, 0);
-        let left = match beside {
-            Beside::Left(before) => self.words_of(before, here, [3, 4, 5, 6]),
-            _ => self.ins().load(I32X4, access, at, -4),
+    /// Room for what points do; what both ends do to their neighbours is there.
+    fn done_at_ends(&mut self) -> Done {
+        let mut room = |words: i64| {
+            let slot = StackSlotData::new(StackSlotKind::ExplicitSlot, 4 * words as u32, 4);
+            let slot = self.f.create_sized_stack_slot(slot);
+            self.f.ins().stack_addr(I64, slot, 0)
         };
-        let right = match beside {
-            Beside::End => {
-                let zero = saturate::constant(self.f, here, 0);
-                self.words_of(here, zero, [1, 2, 3, 4])
-            }
-            _ => self.ins().load(I32X4, access, at, 4),
-        };
-        [left, here, right]
-    }
-
-    /// All blocks from this one on whose right neighbours are in memory, with a value that is
-    /// carried on.
-    fn blocks(
-        &mut self,
-        first: i64,
-        carried: Value,
-        each: impl FnOnce(&mut Self, Value, Value) -> Value,
-    ) {
-        let end = 4 * WIDTH * ((self.count - 1) / WIDTH);
-        let start = 4 * WIDTH * first;
-        if start >= end {
-            return;
+        let [beside, own] = [self.count + 2, self.count].map(&mut room);
+        let (e, access, last) = (self.start[0], self.access.columns, 4 * self.count as i32);
+        let first = self.ins().load(I32, access, e, 0);
+        let behind = self.ins().load(I32, access, e, last);
+        let zero = self.ins().iconst(I32, 0);
+        let away = self.minus(zero, behind);
+        for (end, slope, to) in [(0, first, 0), (1, away, last + 4)] {
+            let bend = self.held(self.ends[end], slope);
+            let done = self.beside_end(bend);
+            self.ins().store(access, done, beside, to);
         }
+        Done { beside, own }
+    }
+
+    /// What a block of points does.
+    fn products(&mut self, done: Done, at: Value) {
+        let access = self.access.columns;
+        let [e, v] = self.start.map(|start| self.ins().iadd(start, at));
+        let [before, after] = [0, 4].map(|offset| self.ins().load(I32X4, access, e, offset));
+        let bends = self.minus(after, before);
+        let rates = self.ins().load(I32X4, access, v, 0);
+        let (beside, own) = (self.beside(bends, rates), self.own(bends, rates));
+        let to = self.ins().iadd(done.beside, at);
+        self.ins().store(access, beside, to, 4);
+        let to = self.ins().iadd(done.own, at);
+        self.ins().store(access, own, to, 0);
+    }
+
+    /// The rates of a block behind the tick.
+    fn rates(&mut self, done: Done, at: Value) -> Value {
+        let access = self.access.columns;
+        let [beside, own] = [done.beside, done.own].map(|start| self.ins().iadd(start, at));
+        let neighbours = [0, 8].map(|offset| self.ins().load(I32X4, access, beside, offset));
+        let own = self.ins().load(I32X4, access, own, 0);
+        let start = self.start[1];
+        let v = self.ins().iadd(start, at);
+        let v = self.ins().load(I32X4, access, v, 0);
+        self.rate(v, own, neighbours)
+    }
+
+    /// The slope behind the last point, whose neighbour is the end.
+    fn last_slope(&mut self) {
+        let ([e, v], access, last) = (self.start, self.access.columns, 4 * self.count as i32);
+        let slope = self.ins().load(I32, access, e, last);
+        let rate = self.ins().load(I32, access, v, last - 4);
+        let zero = self.ins().iconst(I32, 0);
+        let slope = self.moved(slope, rate, zero);
+        self.ins().store(access, slope, e, last);
+    }
+
+    /// All blocks but the last four points, in order, with a value that is carried on.
+    fn blocks(&mut self, carried: Value, each: impl FnOnce(&mut Self, Value, Value) -> Value) {
+        let end = 4 * (self.count - WIDTH);
         let [head, after] = [(); 2].map(|()| self.f.create_block());
-        let start = self.ins().iconst(I64, start);
+        let start = self.ins().iconst(I64, 0);
         self.ins().jump(head, &[start.into(), carried.into()]);
         let at = self.f.append_block_param(head, I64);
         let carried = self.f.append_block_param(head, I32X4);

@@ -72,12 +72,12 @@ impl Key<'_> {
     }
 
     /// One tick of the string that two cells hold, by its coefficients and ends.
-    pub fn wave(&mut self, u: usize, v: usize, args: &[i64]) {
+    pub fn wave(&mut self, e: usize, v: usize, args: &[i64]) {
         let mut args = args.iter().map(|arg| *arg as i32);
         let [k0, k1, k2, k3, left, right] =
             std::array::from_fn(|_| args.next().unwrap_or_default());
-        let count = self.kernel.cells[u].len as usize;
-        let mut points = StringCells { key: self, u, v };
+        let count = self.kernel.cells[v].len as usize;
+        let mut points = StringCells { key: self, e, v };
         wave::tick(&mut points, count, [k0, k1, k2, k3], [left, right]);
     }
 
@@ -154,19 +154,25 @@ impl Key<'_> {
 /// The two cells of a string.
 struct StringCells<'a, 'k> {
     key: &'a mut Key<'k>,
-    u: usize,
+    e: usize,
     v: usize,
 }
 
 impl wave::Points for StringCells<'_, '_> {
-    fn get(&self, point: usize) -> [i32; 2] {
-        [self.u, self.v].map(|cell| self.key.get(cell, point as i64) as i32)
+    fn slope(&self, part: usize) -> i32 {
+        self.key.get(self.e, part as i64) as i32
     }
 
-    fn set(&mut self, point: usize, u: i32, v: i32) {
-        for (cell, word) in [(self.u, u), (self.v, v)] {
-            self.key.set(cell, point as i64, word.into());
-        }
+    fn rate(&self, point: usize) -> i32 {
+        self.key.get(self.v, point as i64) as i32
+    }
+
+    fn set_slope(&mut self, part: usize, slope: i32) {
+        self.key.set(self.e, part as i64, slope.into());
+    }
+
+    fn set_rate(&mut self, point: usize, rate: i32) {
+        self.key.set(self.v, point as i64, rate.into());
     }
 }
 

@@ -79,7 +79,7 @@ fn cell(rng: &mut Rng, b: &mut Builder, name: &str) {
 /// The two cells of a string.
 fn string(rng: &mut Rng, b: &mut Builder) {
     let (range, len) = (Type::I32.range(), rng.pick(&[5, 6, 7, 8, 9, 12, 31]));
-    for name in ["string.u", "string.v"] {
+    for (name, len) in [("string.e", len + 1), ("string.v", len)] {
         let init = rng.interesting(range);
         b.grid(name, Type::I32, len, range, init);
     }

@@ -7,8 +7,8 @@ impl Generator {
     /// One tick of the string.
     pub(super) fn wave(&mut self, b: &mut Builder) -> Result<(), OpError> {
         let mut cells = b.kernel().cells.iter();
-        match cells.position(|cell| cell.name == "string.u") {
-            Some(u) => self.write(b, Op::Wave(u as u32, u as u32 + 1)),
+        match cells.position(|cell| cell.name == "string.e") {
+            Some(e) => self.write(b, Op::Wave(e as u32, e as u32 + 1)),
             None => Ok(()),
         }
     }

@@ -9,50 +9,61 @@ const RATE: f64 = 44_100.0;
 
 #[derive(Debug, Clone, PartialEq)]
 struct Words {
-    u: Vec<i32>,
+    e: Vec<i32>,
     v: Vec<i32>,
 }
 
 impl Points for Words {
-    fn get(&self, point: usize) -> [i32; 2] {
-        [self.u[point], self.v[point]]
+    fn slope(&self, part: usize) -> i32 {
+        self.e[part]
     }
 
-    fn set(&mut self, point: usize, u: i32, v: i32) {
-        (self.u[point], self.v[point]) = (u, v);
+    fn rate(&self, point: usize) -> i32 {
+        self.v[point]
+    }
+
+    fn set_slope(&mut self, part: usize, slope: i32) {
+        self.e[part] = slope;
+    }
+
+    fn set_rate(&mut self, point: usize, rate: i32) {
+        self.v[point] = rate;
     }
 }
 
 /// The formula, word by word, over the points and both ends.
 fn formula(before: &Words, k: [i32; 4], ends: [i32; 2]) -> Words {
-    let n = before.u.len() + 1;
-    let with_ends = |words: &[i32]| [&[0], words, &[0]].concat();
-    let [u, v] = [&before.u, &before.v].map(|words| with_ends(words));
+    let (e, n) = (&before.e, before.e.len());
+    let v = [&[0], &before.v[..], &[0]].concat();
     let sat = |exact: i64| exact.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
-    let e: Vec<i32> = (0..n).map(|l| u[l + 1].wrapping_sub(u[l])).collect();
-    let w = |l: usize| match l {
-        0 => sat(i64::from(ends[0]) * i64::from(u[1])),
-        l if l == n => sat(i64::from(ends[1]) * i64::from(u[n - 1])),
-        l => sat(i64::from(e[l]) - i64::from(e[l - 1])),
+    let top = |at: usize, x: i32| {
+        let product = i128::from(k[at]) * i128::from(x);
+        ((2 * product + (1 << 32)) >> 33) as i64
     };
-    let both = |a: i32, b: i32| sat(i64::from(a) + i64::from(b));
-    let mut after = before.clone();
+    let w: Vec<i32> = (0..=n)
+        .map(|l| match l {
+            0 => sat(i64::from(ends[0]) * i64::from(e[0])),
+            l if l == n => sat(i64::from(ends[1]) * i64::from(sat(-i64::from(e[n - 1])))),
+            l => sat(i64::from(e[l]) - i64::from(e[l - 1])),
+        })
+        .collect();
+    let p: Vec<i64> = (0..=n)
+        .map(|l| i64::from((top(1, w[l]) + top(2, v[l])) as i32))
+        .collect();
+    let mut new = v.clone();
     for l in 1..n {
-        let words = [
-            w(l),
-            both(w(l - 1), w(l + 1)),
-            both(v[l - 1], v[l + 1]),
-            v[l],
-        ];
-        let exact = k.iter().zip(words).map(|(k, x)| {
-            let product = i128::from(*k) * i128::from(x);
-            (2 * product + (1 << 32)) >> 33
-        });
-        let a = exact.sum::<i128>() as i32;
-        let rate = both(v[l], a);
-        after.set(l - 1, (i64::from(u[l]) + 2 * i64::from(rate)) as i32, rate);
+        let q = (p[l - 1] + top(0, w[l]) + top(3, v[l])) as i32;
+        let a = sat(i64::from(q) + p[l + 1]);
+        new[l] = sat(i64::from(v[l]) + i64::from(a));
     }
-    after
+    let moved = |l: usize| {
+        let exact = i64::from(e[l]) + 2 * (i64::from(new[l + 1]) - i64::from(new[l]));
+        exact as i32
+    };
+    Words {
+        e: (0..n).map(moved).collect(),
+        v: new[1..n].to_vec(),
+    }
 }
 
 #[test]
@@ -61,10 +72,10 @@ fn the_window_is_the_formula() {
     let all = Type::I32.range();
     for _ in 0..2000 {
         let count = 5 + rng.below(12) as usize;
-        let mut words = || (0..count).map(|_| rng.interesting(all) as i32).collect();
+        let mut words = |count| (0..count).map(|_| rng.interesting(all) as i32).collect();
         let mut string = Words {
-            u: words(),
-            v: words(),
+            e: words(count + 1),
+            v: words(count),
         };
         let k = std::array::from_fn(|_| rng.interesting(all) as i32);
         let ends = [rng.pick(&[0, 2]), rng.pick(&[0, 2])];
@@ -109,7 +120,7 @@ const STRINGS: [[f64; 3]; 4] = [
     [81.0, 195.9977, 0.2097],
 ];
 
-/// Displacements of a string that is plucked at a fifth of its length.
+/// A string that is plucked at a fifth of its length.
 fn plucked(count: usize, u_max: f64) -> Words {
     let top = count as f64 / 5.0;
     let at = |point: usize| {
@@ -117,8 +128,10 @@ fn plucked(count: usize, u_max: f64) -> Words {
         let rest = (count as f64 + 1.0 - place) / (count as f64 + 1.0 - top);
         (u_max * (place / top).min(rest)) as i32
     };
+    let u: Vec<i32> = (0..count).map(at).collect();
+    let ends = [&[0], &u[..], &[0]].concat();
     Words {
-        u: (0..count).map(at).collect(),
+        e: ends.windows(2).map(|u| u[1] - u[0]).collect(),
         v: vec![0; count],
     }
 }
@@ -188,6 +201,15 @@ fn real_tick(u: &mut [f64], v: &mut [f64], k: [i32; 4]) {
     u.iter_mut().zip(v).for_each(|(u, v)| *u += 2.0 * *v);
 }
 
+/// What the slopes add up to, point by point.
+fn displacements(string: &Words) -> Vec<f64> {
+    let sums = string.e.iter().scan(0_i64, |sum, e| {
+        *sum += i64::from(*e);
+        Some(*sum as f64)
+    });
+    sums.take(string.v.len()).collect()
+}
+
 /// How far the words are from real numbers in a second after a pluck of 0.1 mm, in dB below the
 /// level of the pluck, where rates are up to 40 m/s.
 fn noise_db([parts, frequency, kappa]: [f64; 3], losses: [f64; 2]) -> f64 {
@@ -195,18 +217,15 @@ fn noise_db([parts, frequency, kappa]: [f64; 3], losses: [f64; 2]) -> f64 {
     let k = coefficients(violin(parts, frequency, kappa, losses));
     let count = parts as usize - 1;
     let mut string = plucked(count, 1e-4 * 2.0 / unit_m);
-    let mut u: Vec<f64> = string.u.iter().map(|word| f64::from(*word)).collect();
+    let mut u = displacements(&string);
     let mut v = vec![0.0; count];
     let square = |words: &[f64]| words.iter().map(|word| word * word).sum::<f64>();
     let (level, mut noise) = (square(&u), 0.0);
     for _ in 0..RATE as usize {
         tick(&mut string, count, k, [0, 0]);
         real_tick(&mut u, &mut v, k);
-        let error = string
-            .u
-            .iter()
-            .zip(&u)
-            .map(|(word, real)| f64::from(*word) - real);
+        let held = displacements(&string);
+        let error = held.iter().zip(&u).map(|(word, real)| word - real);
         noise += square(&error.collect::<Vec<_>>()) / RATE;
     }
     10.0 * (level / noise).log10()

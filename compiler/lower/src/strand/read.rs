@@ -1,7 +1,7 @@
 //! What is read of a string at a place: the cubic through four points, and its slope.
 //!
-//! Displacements wrap, so only differences of neighbours are taken of them; a displacement is the
-//! sum of those from where the string begins, in 64 bits.
+//! A displacement is the sum of what it grows by along the parts from where the string begins, in
+//! 64 bits.
 
 use super::super::Lowerer;
 use super::super::format::{self, exp2};
@@ -229,32 +229,24 @@ impl Lowerer<'_> {
         self.b.op(Op::Add, &[first, by])
     }
 
-    /// The differences between four points.
+    /// What the displacement grows by between four points.
     fn steps(&mut self, id: StrandId, first: Value) -> Result<[Value; 3], OpError> {
-        let u = self.strands.grids[id].u;
-        let mut before = self.b.op(Op::GetAt(u), &[first])?;
-        let mut steps = [before; 3];
+        let e = self.strands.grids[id].e;
+        let mut steps = [first; 3];
         for (at, step) in steps.iter_mut().enumerate() {
-            let point = self.offset(first, at as i64 + 1)?;
-            let here = self.b.op(Op::GetAt(u), &[point])?;
-            *step = self.b.op(Op::SubWrap, &[here, before])?;
-            before = here;
+            let part = self.offset(first, at as i64 + 1)?;
+            *step = self.b.op(Op::GetAt(e), &[part])?;
         }
         Ok(steps)
     }
 
-    /// A slope at an end, by the first or last part.
+    /// A slope at an end, of the first or last part.
     fn slope_at_end(&mut self, id: StrandId, end: usize) -> Result<Real, OpError> {
-        let Grids { u, points, lsb, .. } = self.strands.grids[id];
+        let Grids { e, points, lsb, .. } = self.strands.grids[id];
         let unit = 0.5 * lsb / self.step.model.strands[id].part();
-        let point = self.constant([0, i64::from(points) - 1][end])?;
-        let value = self.b.op(Op::GetAt(u), &[point])?;
-        if end == 0 {
-            return Ok(Real::new(value, unit, 0.0));
-        }
-        let zero = self.constant(0)?;
-        let value = self.b.op(Op::SubSat, &[zero, value])?;
-        Ok(Real::new(value, unit, unit))
+        let part = self.constant([0, i64::from(points)][end])?;
+        let value = self.b.op(Op::GetAt(e), &[part])?;
+        Ok(Real::new(value, unit, 0.0))
     }
 
     fn slope_at(&mut self, id: StrandId, place: Place) -> Result<Real, OpError> {
@@ -291,7 +283,7 @@ impl Lowerer<'_> {
         let first = self.first_point(place)?;
         let weights = self.weights(place)?;
         let [before, here, after] = self.steps(id, first)?;
-        // u_i + -I_0 e_(i-1) + (I_2 + I_3) e_i + I_3 e_(i+1)
+        // u_i - I_0 e_(i-1) + (I_2 + I_3) e_i + I_3 e_(i+1)
         let zero = self.constant(0)?;
         let outer = self.b.op(Op::Sub, &[zero, weights[0]])?;
         let inner = self.b.op(Op::Add, &[weights[2], weights[3]])?;
@@ -317,22 +309,18 @@ impl Lowerer<'_> {
 
     /// The displacement of the point before a place, in 64 bits.
     fn summed(&mut self, id: StrandId, place: Place, rounds: u32) -> Result<Value, OpError> {
-        let u = self.strands.grids[id].u;
+        let e = self.strands.grids[id].e;
         let most = i64::from(rounds + 1) << 31;
         let range = Range::new(-most, most);
-        let zero = self.constant(0)?;
         let start = self.b.constant(Type::I64, 0)?;
         let limit = match place {
             Place::Constant(..) => None,
             Place::Computed { before, .. } => Some(before),
         };
-        let word = Type::I32.range();
-        let results = self.b.repeat(
-            rounds,
-            &[(start, range), (zero, word)],
-            |b, round, carried| {
-                let here = b.op(Op::GetAt(u), &[round])?;
-                let mut step = b.op(Op::SubWrap, &[here, carried[1]])?;
+        let results = self
+            .b
+            .repeat(rounds, &[(start, range)], |b, round, carried| {
+                let mut step = b.op(Op::GetAt(e), &[round])?;
                 if let Some(limit) = limit {
                     let is_before = b.op(Op::Lt, &[round, limit])?;
                     let none = b.constant(Type::I32, 0)?;
@@ -341,10 +329,8 @@ impl Lowerer<'_> {
                 let step = b.op(Op::Widen, &[step])?;
                 let sum = b.op(Op::Add, &[carried[0], step])?;
                 // So many steps of a word each.
-                let sum = b.op(Op::Assume(-most, most), &[sum])?;
-                Ok(vec![sum, here])
-            },
-        )?;
+                Ok(vec![b.op(Op::Assume(-most, most), &[sum])?])
+            })?;
         Ok(results[0])
     }
 }

@@ -73,7 +73,7 @@ impl Select<'_> {
             (Op::Set(cell), _) => return self.write_cell(cell, a),
             (Op::GetAt(cell), _) => self.read_element(cell, a),
             (Op::SetAt(cell), _) => return self.write_element(cell, a, b),
-            (Op::Wave(u, v), _) => return self.call_string([u, v], args),
+            (Op::Wave(e, v), _) => return self.call_string([e, v], args),
             (Op::Delay(line, ticks), _) => self.read_delay(line, ticks).into(),
             (Op::DelayAt(line), _) => self.read_delay_at(line, a).into(),
             (Op::Push(line), _) => return self.push_line(line, a),

@@ -1,62 +1,47 @@
 //! The tick of a string on ARMv6-M: a loop, since top words are routines' work and code would not
 //! fit.
 //!
-//! Coefficients and what is known of the point before are on the stack; U and v of the point are
-//! at R4 and R5, how many points are behind it is in R6, the sum of products in R7. A top word is
-//! that of `mul_top`.
+//! Coefficients and what is known of the point and the one before are on the stack; the slope
+//! before the point and its rate are at R4 and R5, how many points are behind it is in R6, the sum
+//! of products in R7. A top word is that of `mul_top`.
 
 use crate::thumb::registers::RECORD;
 use crate::thumb::wave::{LABEL, StringPlace};
 
-/// Places on the stack, behind the four coefficients.
-const E: u32 = 16;
-const W_BEFORE: u32 = 20;
-const W: u32 = 24;
-const V_BEFORE: u32 = 28;
-const BENDS: u32 = 32;
+/// Places on the stack, behind the four coefficients: the bend of the point, what the point before
+/// does to it and then its whole sum, what it does to its neighbours, the new rate of the point
+/// before.
+const W: u32 = 16;
+const Q: u32 = 20;
+const P: u32 = 24;
+const RATE: u32 = 28;
 /// Bytes of them all, without the coefficients.
-const FRAME: u32 = 20;
+const FRAME: u32 = 16;
 
 /// The text of a string's tick.
 pub(in crate::thumb) fn string_loop(place: StringPlace) -> String {
-    let StringPlace { at, count, clamped } = place;
-    let [u, v] = [(4, at[0]), (5, at[1])].map(|(reg, at)| address(reg, at));
-    let w_first = if clamped[0] {
-        &doubled()[..]
-    } else {
-        "\tmovs r0, #0\n"
-    };
-    let w_last = if clamped[1] { &doubled()[..] } else { "" };
-    let (start, inside) = (start(count, w_first), neighbours(w_last));
-    let products = [
-        (2, None),
-        (1, Some("[sp, #32]")),
-        (0, Some("[sp, #20]")),
-        (3, Some("[r5]")),
-    ];
-    let products: String = products.into_iter().map(|(k, x)| product(k, x)).collect();
-    let saturated = saturated();
+    let StringPlace { at, count, .. } = place;
+    let [e, v] = [(4, at[0]), (5, at[1])].map(|(reg, at)| address(reg, at));
+    let (start, inside) = (start(place), inside(place.clamped[1]));
     format!(
         "\t.syntax unified\n\t.thumb\n\t.text\n\t.balign 4\n\t.type {LABEL}, %function\n\
 {LABEL}:
 \tpush {{r4, r5, r6, r7, lr}}
 \tsub sp, sp, #{FRAME}
 \tpush {{r0, r1, r2, r3}}
-{u}{v}{start}@! rounds {count}
+{e}{v}{start}@! rounds {count}
 7:
-{inside}{products}\tldr r0, [r5]
-\tadds r0, r0, r7
-{saturated}\tstr r0, [r5]
-\tlsls r0, r0, #1
-\tldr r1, [r4]
-\tadds r0, r0, r1
-\tstr r0, [r4]
-\tadds r4, #4
+{inside}\tadds r4, #4
 \tadds r5, #4
 \tsubs r6, #1
 \tbcc 8f
 \tb 7b
 8:
+\tldr r0, [sp, #{RATE}]
+\tlsls r0, r0, #1
+\tldr r1, [r4]
+\tsubs r1, r1, r0
+\tstr r1, [r4]
 \tadd sp, sp, #{}
 \tpop {{r4, r5, r6, r7, pc}}
 \t.size {LABEL}, . - {LABEL}
@@ -76,7 +61,7 @@ fn address(reg: u8, at: u32) -> String {
 }
 
 /// What is known at the first point.
-fn start(count: u32, w_before: &str) -> String {
+fn start(StringPlace { count, clamped, .. }: StringPlace) -> String {
     let behind = count - 1;
     let many = match behind {
         0..256 => format!("\tmovs r6, #{behind}\n"),
@@ -86,59 +71,79 @@ fn start(count: u32, w_before: &str) -> String {
             behind & 0xff
         ),
     };
-    let saturated = saturated();
+    let end = match clamped[0] {
+        false => "\tmovs r7, #0\n".to_owned(),
+        true => {
+            let product = product(1, None);
+            format!("\tldr r0, [r4]\n{}{product}", doubled())
+        }
+    };
+    let (saturated, beside) = (saturated(), beside("[r5]"));
     format!(
-        "{many}{w_before}\tstr r0, [sp, #{W_BEFORE}]
+        "{many}{end}\tstr r7, [sp, #{Q}]
 \tmovs r0, #0
-\tstr r0, [sp, #{V_BEFORE}]
+\tstr r0, [sp, #{RATE}]
 \tldr r1, [r4]
 \tldr r0, [r4, #4]
 \tsubs r0, r0, r1
-\tstr r0, [sp, #{E}]
-\tsubs r0, r0, r1
 {saturated}\tstr r0, [sp, #{W}]
+{beside}\tstr r7, [sp, #{P}]
 "
     )
 }
 
-/// The sum of the neighbours' bends in its place, that of their rates in R0; `w_last` puts the bend
-/// of the last end into R0, where there is 0.
-fn neighbours(w_last: &str) -> String {
-    let saturated = saturated();
+/// A round: the point's sum but for what the one behind it does to it, then that, its rate and the
+/// slope before it.
+fn inside(clamped: bool) -> String {
+    let own = product(0, Some(&format!("[sp, #{W}]"))) + &product(3, Some("[r5]"));
+    let (saturated, beside) = (saturated(), beside("[r5, #4]"));
+    let end = match clamped {
+        false => "\tmovs r7, #0\n".to_owned(),
+        true => format!(
+            "\tldr r1, [r4, #4]\n\tmovs r0, #0\n\tsubs r0, r0, r1\n{saturated}{}{}",
+            doubled(),
+            product(1, None)
+        ),
+    };
     format!(
-        "\tmovs r0, #0
-\tmovs r1, #0
-\tcmp r6, #1
-\tblo 2f
-\tldr r1, [r5, #4]
-\tbeq 1f
+        "\tldr r7, [sp, #{Q}]
+{own}\tstr r7, [sp, #{Q}]
+\tcmp r6, #0
+\tbeq 2f
 \tldr r0, [r4, #8]
-1:
-\tldr r2, [r4, #4]
-\tsubs r0, r0, r2
-\tldr r3, [sp, #{E}]
-\tstr r0, [sp, #{E}]
-\tsubs r0, r0, r3
-{saturated}\tb 3f
+\tldr r1, [r4, #4]
+\tsubs r0, r0, r1
+{saturated}\tstr r0, [sp, #{W}]
+{beside}\tb 3f
 2:
-{w_last}3:
-\tldr r2, [sp, #{W}]
-\tstr r0, [sp, #{W}]
-\tldr r3, [sp, #{W_BEFORE}]
-\tstr r2, [sp, #{W_BEFORE}]
-\tadds r0, r0, r3
-{saturated}\tstr r0, [sp, #{BENDS}]
-\tldr r0, [sp, #{V_BEFORE}]
-\tldr r3, [r5]
-\tstr r3, [sp, #{V_BEFORE}]
+{end}3:
+\tldr r0, [sp, #{Q}]
+\tldr r1, [sp, #{P}]
+\tstr r1, [sp, #{Q}]
+\tstr r7, [sp, #{P}]
+\tadds r0, r0, r7
+{saturated}\tldr r1, [r5]
 \tadds r0, r0, r1
-{saturated}"
+{saturated}\tstr r0, [r5]
+\tldr r1, [sp, #{RATE}]
+\tstr r0, [sp, #{RATE}]
+\tsubs r0, r0, r1
+\tlsls r0, r0, #1
+\tldr r1, [r4]
+\tadds r0, r0, r1
+\tstr r0, [r4]
+"
     )
 }
 
-/// Twice the outermost U, which saturates.
+/// What a point does to its neighbours into R7, of its bend in R0 and its rate at a place.
+fn beside(rate: &str) -> String {
+    product(1, None) + &product(2, Some(rate))
+}
+
+/// Twice R0, which saturates.
 fn doubled() -> String {
-    format!("\tldr r0, [r4]\n\tadds r0, r0, r0\n{}", saturated())
+    format!("\tadds r0, r0, r0\n{}", saturated())
 }
 
 /// R0 where its sum did not overflow, else the end of the type on its other side.
@@ -152,8 +157,8 @@ fn saturated() -> &'static str {
 "
 }
 
-/// The top word of a coefficient and what is in R0 or at a place: into R7 if it is the first, else
-/// added.
+/// The top word of a coefficient and what is in R0, which goes into R7, or what is at a place,
+/// which is added there.
 fn product(k: u32, from: Option<&str>) -> String {
     let (load, add) = match from {
         Some(from) => (format!("\tldr r0, {from}\n"), "\tadds r7, r7, r0\n"),

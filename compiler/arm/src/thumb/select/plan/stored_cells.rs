@@ -32,7 +32,7 @@ pub(super) fn note_stores(insts: &[Inst], stored: &mut StoredCells) {
     for inst in all_insts(insts) {
         match inst.op {
             Op::Set(cell) | Op::SetAt(cell) => stored[cell as usize] = true,
-            Op::Wave(u, v) => [u, v].iter().for_each(|cell| stored[*cell as usize] = true),
+            Op::Wave(e, v) => [e, v].iter().for_each(|cell| stored[*cell as usize] = true),
             _ => {}
         }
     }

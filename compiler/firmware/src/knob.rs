@@ -1,0 +1,300 @@
+//! Constants and tables of a knob's firmware: from drive words to voltages of three phases.
+//!
+//! ```text
+//!   voltage = gain * word + lead * (word - last word) + back * speed     in 1/8192 of what there is
+//!   phase k = middle + voltage * sine(angle - k * 120 deg)               in counts of the PWM
+//! ```
+//!
+//! The coil is held for a tick, so the lead that brings its current to where the word wants it by
+//! the end of the tick is exact: R a / (1 - a) with a = exp(-R T / L).
+//! Not here: the texts (`knob.s`, `knob_start.s`).
+
+use std::fmt::Write;
+
+use whippen_board::Knob;
+
+use super::{FirmwareError, Setup, Support};
+
+/// The coil of a motor whose voltage is made from its force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Coil {
+    /// Resistance of a phase (mOhm).
+    pub resistance_mohm: u32,
+    /// The part of its current that is left a tick after it has been shorted, of 2^32.
+    pub kept: u32,
+    /// The current of drive word 32768 (mA).
+    pub peak_ma: u32,
+    /// Torque of the phases' amplitude (uN*m/A).
+    pub torque_constant_un_m: u32,
+}
+
+/// Steps of the sensor in a turn.
+const STEPS: u32 = 1 << 14;
+/// Entries of the table of sines, of a turn; a second phase looks on from there.
+const SINES: u32 = 1024;
+/// From a phase to the second one: minus a third of a turn.
+const SECOND: u32 = 2 * SINES / 3 + 1;
+/// Cosine and sine of the turn from an entry to the next, of 2^60.
+const ROTATION: [i128; 2] = [0x0fff_ec42_c745_4927, 0x0019_21f0_fe67_0071];
+/// A turn (rad), to a ten-millionth.
+const TURN_RAD: [i128; 2] = [710, 113];
+/// Counts that phases keep from both ends of the PWM.
+const KEPT: u32 = 5;
+/// What a voltage's factor is multiplied with, and a voltage at its largest.
+const FRACTION: i128 = 1 << 28;
+const VOLTAGE: i128 = 8192;
+/// What a speed's unit is of a step a tick.
+const SPEED: i128 = 1024;
+/// The most steps of the sensor in a tick that are a motion.
+const STEPS_MAX: u32 = 64;
+/// How long words may be wrong before the driver is disabled.
+const WRONG_MS: u64 = 10;
+/// How long the parts of the start take: looking at the sensor, raising the field, waiting for the
+/// magnet.
+const LOOK_MS: u64 = 10;
+const RAISE_MS: u64 = 50;
+const WAIT_MS: u64 = 50;
+/// How much of an electrical turn the knob goes at the start, at least and at most (%).
+const ALIGN_PERCENT: [u32; 2] = [85, 115];
+
+/// Counts of the PWM from its middle to what phases reach.
+fn reach(knob: &Knob) -> u32 {
+    knob.period_cycles / 4 - KEPT
+}
+
+/// The nearest whole number of a fraction above 0.
+fn divided(dividend: i128, divisor: i128) -> i128 {
+    (dividend + divisor / 2) / divisor.max(1)
+}
+
+/// Factors of voltages.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Factors {
+    gain: i128,
+    lead: i128,
+    back: i128,
+    align: i128,
+}
+
+impl Factors {
+    fn of(knob: &Knob, coil: &Coil, [ticks, seconds]: [u32; 2]) -> Result<Factors, FirmwareError> {
+        let middle = i128::from(knob.period_cycles / 4);
+        let most_uv = i128::from(knob.supply_mv) * 500 * i128::from(reach(knob)) / middle;
+        let peak_uv = i128::from(coil.resistance_mohm) * i128::from(coil.peak_ma);
+        if peak_uv > most_uv {
+            return Err(FirmwareError::Coil(
+                "its peak current asks for more than half of the supply: lower `motor.peak` (and \
+                 `drive.full_scale`) or take a higher supply",
+            ));
+        }
+        let gain = divided(peak_uv * VOLTAGE * FRACTION, most_uv << 15);
+        let kept = i128::from(coil.kept);
+        let lead = divided(gain * kept, (1 << 32) - kept);
+        // A phase's voltage at a speed: two thirds of the torque constant, as energy says.
+        let [turn, of_turn] = TURN_RAD;
+        let constant_uv = 2 * i128::from(coil.torque_constant_un_m);
+        let back = divided(
+            constant_uv * turn * i128::from(ticks) * VOLTAGE * FRACTION,
+            3 * of_turn * i128::from(seconds) * i128::from(STEPS) * SPEED * most_uv,
+        );
+        if [lead, back].iter().any(|factor| *factor >= 1 << 31) {
+            return Err(FirmwareError::Coil(
+                "its inductance over its resistance, or its torque constant, is too large",
+            ));
+        }
+        let align = divided(i128::from(knob.align_mv) * 1000 * VOLTAGE, most_uv);
+        Ok(Factors {
+            gain,
+            lead,
+            back,
+            align: align.min(VOLTAGE - 1),
+        })
+    }
+}
+
+/// The factors of voltages, where setup and board can be a knob.
+fn checked(setup: &Setup, board: &Support, knob: &Knob) -> Result<Factors, FirmwareError> {
+    let keys: u32 = setup.keys.iter().sum();
+    if keys != 1 {
+        return Err(FirmwareError::Knobs(keys));
+    }
+    if setup.tuning.is_some() {
+        let why = "the sensor of a knob is not tuned on the board: it reads the angle as it is";
+        return Err(FirmwareError::Tuning(why.into()));
+    }
+    let rate = setup.rate_hz.fraction();
+    let [ticks, seconds] = rate.map(u64::from);
+    if ticks * u64::from(knob.period_cycles) != u64::from(board.board.clock_hz) * seconds {
+        return Err(FirmwareError::Period(knob.period_cycles, setup.rate_hz));
+    }
+    let coil = setup.coil.ok_or(FirmwareError::NoCoil)?;
+    Factors::of(knob, &coil, rate)
+}
+
+/// The constants of the texts, where the board has a knob.
+pub(super) fn constants(
+    setup: &Setup,
+    board: &Support,
+) -> Result<Vec<(&'static str, i64)>, FirmwareError> {
+    let Some(knob) = board.board.knob else {
+        return Ok(Vec::new());
+    };
+    let factors = checked(setup, board, &knob)?;
+    let whole = |factor: i128| factor as i64;
+    let half = knob.period_cycles / 2;
+    let [first, _, third] = knob.phases;
+    let [(pair, _), (single, is_second)] = [first, third].map(Knob::slice);
+    let rest = knob.period_cycles - 356;
+    let ticks_in = |ms: u64| setup.rate_hz.ticks_in(ms) as i64;
+    let turned = ALIGN_PERCENT.map(|part| i64::from(STEPS * part / 100 / knob.pole_pairs));
+    Ok(vec![
+        ("PIN_CLOCK", knob.clock.into()),
+        ("PIN_SELECT", knob.select.into()),
+        ("PIN_DATA", knob.data.into()),
+        ("PIN_PHASE0", knob.phases[0].into()),
+        ("PIN_PHASE1", knob.phases[1].into()),
+        ("PIN_PHASE2", third.into()),
+        ("PIN_ENABLE", knob.enable.into()),
+        ("PIN_FAULT", knob.fault.into()),
+        ("SLICE_PAIR", pair.into()),
+        ("SLICE_SINGLE", single.into()),
+        ("SINGLE_SHIFT", if is_second { 16 } else { 0 }),
+        ("PWM_TOP", i64::from(half) - 1),
+        ("PWM_MIDDLE", i64::from(half / 2)),
+        // Between two frames: rounds of 16 cycles, and what is left of them.
+        ("IDLE_ROUNDS", i64::from(rest / 16) - 1),
+        ("IDLE_REST", i64::from(rest % 16)),
+        (
+            "FIRST_ROUNDS",
+            i64::from((knob.period_cycles - knob.ahead_cycles - 8) / 16) - 1,
+        ),
+        ("SECOND", SECOND.into()),
+        ("STEPS_MAX", STEPS_MAX.into()),
+        ("AGE_WRONG", ticks_in(WRONG_MS)),
+        ("LOOK", ticks_in(LOOK_MS)),
+        ("RAISE", ticks_in(RAISE_MS)),
+        ("WAIT", ticks_in(WAIT_MS)),
+        ("GAIN0", whole(factors.gain)),
+        ("LEAD0", whole(factors.lead)),
+        ("BACK0", whole(factors.back)),
+        ("ALIGN", whole(factors.align)),
+        ("TURN0", 4 * i64::from(knob.pole_pairs)),
+        ("TURNED_LOW", turned[0]),
+        ("TURNED_HIGH", turned[1]),
+    ])
+}
+
+/// The sine of so many entries of a turn, rounded. The first quarter is turned to step by step;
+/// the others are its mirrors, so that no sine is larger than the quarter's.
+fn sine(entry: u32, amplitude: u32) -> i128 {
+    let half = entry % (SINES / 2);
+    let steps = half.min(SINES / 2 - half);
+    let [mut cos, mut sin] = [1_i128 << 60, 0];
+    for _ in 0..steps {
+        let [c, s] = ROTATION;
+        [cos, sin] = [(cos * c - sin * s) >> 60, (cos * s + sin * c) >> 60];
+    }
+    let rounded = (sin * i128::from(amplitude) + (1 << 59)) >> 60;
+    if entry < SINES / 2 { rounded } else { -rounded }
+}
+
+/// Sines and the CRC's remainders, as assembly.
+pub(super) fn tables_as_assembly(knob: &Knob) -> String {
+    let mut text = String::from(
+        "        .section .rodata.knob, \"a\"\n        .balign 4\n        .global sines, remainders\nsines:\n",
+    );
+    for n in 0..SINES + SECOND {
+        let _ = writeln!(
+            text,
+            "        .short  {}",
+            sine(n % SINES, 32 * reach(knob))
+        );
+    }
+    text.push_str("        .balign 4\nremainders:\n");
+    for six in 0..64u32 {
+        // X^6 + X + 1, the highest bit first.
+        let remainder = (0..6).fold(six, |left, _| match left >> 5 & 1 {
+            1 => left << 1 & 0x3f ^ 0b11,
+            _ => left << 1,
+        });
+        let _ = writeln!(text, "        .byte   {remainder}");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KNOB: Knob = Knob {
+        clock: 2,
+        select: 3,
+        data: 4,
+        phases: [6, 7, 8],
+        enable: 9,
+        fault: 10,
+        period_cycles: 3400,
+        ahead_cycles: 1000,
+        supply_mv: 12_000,
+        align_mv: 2000,
+        pole_pairs: 7,
+    };
+    /// 5 Ohm, 1 mH, ticks of 3400 cycles: e^-0.1133 of 2^32 is left.
+    const COIL: Coil = Coil {
+        resistance_mohm: 5000,
+        kept: 3_834_774_404,
+        peak_ma: 1000,
+        torque_constant_un_m: 63_000,
+    };
+    const RATE: [u32; 2] = [750_000, 17];
+
+    fn is_near(found: i128, wanted: i128, within: i128) {
+        assert!((found - wanted).abs() <= within, "{found}, not {wanted}");
+    }
+
+    #[test]
+    fn factors_make_the_current_of_a_word_within_a_tick() {
+        let found = Factors::of(&KNOB, &COIL, RATE).unwrap_or_else(|e| panic!("{e}"));
+        // 5 V of 5.965 V, of 8192.
+        is_near((found.gain << 15) / FRACTION, 6867, 1);
+        // Held for a tick it makes (1 - kept) of its current, which is then that of the word.
+        let jump = found.gain + found.lead;
+        let left = (1 << 32) - i128::from(COIL.kept);
+        is_near((jump * left) >> 32, found.gain, found.gain >> 16);
+        // 42 mV s/rad at a step a tick, 16.9 rad/s: 0.7106 V of 5.965 V.
+        is_near(found.back * SPEED * 1000 / FRACTION, 975_900, 200);
+        // 2 V.
+        is_near(found.align, 2747, 1);
+    }
+
+    #[test]
+    fn a_motor_that_asks_for_too_much_is_refused() {
+        let of = |coil: Coil| Factors::of(&KNOB, &coil, RATE).is_ok();
+        assert!(of(COIL));
+        let hungry = Coil {
+            peak_ma: 1200,
+            ..COIL
+        };
+        // 10 mH: nearly nothing is lost in a tick.
+        let slow = Coil {
+            kept: 4_246_600_000,
+            ..COIL
+        };
+        assert!(!of(hungry) && !of(slow));
+    }
+
+    #[test]
+    fn sines_are_on_a_circle() {
+        let all: Vec<i128> = (0..SINES).map(|n| sine(n, 27_040)).collect();
+        assert_eq!(
+            [all[0], all[256], all[512], all[768]],
+            [0, 27_040, 0, -27_040]
+        );
+        // Half of the amplitude at a twelfth of a turn, between two entries.
+        assert!(all[85] < 13_520 && all[86] > 13_520);
+        for n in 0..1024 {
+            let square = all[n].pow(2) + all[(n + 256) % 1024].pow(2);
+            is_near(square, 27_040 * 27_040, 2 * 27_040);
+        }
+    }
+}

@@ -1,0 +1,300 @@
+@ The start of a knob: pins, the state machine that reads its angle sensor, the carrier, and where its motor's magnet is. Called once,
+@ without interrupts.
+        .syntax unified
+        .thumb
+
+@ What is kept of the knob (offsets.rs).
+        .section .bss.near.core0.knob, "aw", %nobits
+        .balign 4
+        .global knob
+knob:   .space  64
+
+        .section .text.start, "ax"
+        .balign 4
+@ Once a period, side-set is the clock, set is select: 24 bits, read nine cycles after the edge that puts them out.
+reader: .short  0xe001                  @    set pins, 1    side 0
+        .short  0xa022 | IDLE_REST << 8 @    mov x, y       side 0 [IDLE_REST]
+        .short  0x0f42                  @ 2: jmp x-- 2      side 0 [15]
+        .short  0xef00                  @    set pins, 0    side 0 [15]
+        .short  0xe037                  @    set x, 23      side 0
+        .short  0xb642                  @ 5: nop            side 1 [6]
+        .short  0xa342                  @    nop            side 0 [3]
+        .short  0x4101                  @    in pins, 1     side 0 [1]
+        .short  0x0045                  @    jmp x-- 5      side 0
+        .short  0x8000                  @    push noblock   side 0
+reader_end:
+
+@ (pin, what its pad is told, function): outputs without pulls but to ground, inputs pulled up. The enable comes first.
+outputs:
+        .byte   PIN_ENABLE, 0x56, 5, 0
+        .byte   PIN_FAULT, 0x5a, 5, 0
+        .byte   PIN_CLOCK, 0x56, 6, 0
+        .byte   PIN_SELECT, 0x56, 6, 0
+        .byte   PIN_DATA, 0x5a, 6, 0
+        .byte   PIN_PHASE0, 0x56, 4, 0
+        .byte   PIN_PHASE1, 0x56, 4, 0
+        .byte   PIN_PHASE2, 0x56, 4, 0
+outputs_end:
+
+        .global board_converter
+        .type   board_converter, %function
+board_converter:
+        push    {r4-r9, lr}
+        bl      board_watchdog          @ the motor is found under its eye
+        ldr     r0, =RESETS + 0x3000    @ clear: PIO0, PWM
+        ldr     r1, =1 << 11 | 1 << 16
+        str     r1, [r0]
+        ldr     r0, =RESETS
+1:      ldr     r2, [r0, #8]            @ RESET_DONE
+        bics    r2, r1, r2
+        bne     1b
+        ldr     r0, =0xd0000000         @ SIO: the enable is low before its pad leaves isolation
+        ldr     r1, =1 << PIN_ENABLE
+        str     r1, [r0, #0x20]
+        str     r1, [r0, #0x38]
+        bl      start_reader
+        bl      start_carrier
+        ldr     r3, =outputs
+        ldr     r4, =outputs_end
+        ldr     r0, =IO_BANK0
+        ldr     r1, =PADS_BANK0
+2:      ldrb    r2, [r3]
+        ldrb    r5, [r3, #2]
+        add     r6, r0, r2, lsl #3
+        str     r5, [r6, #4]            @ CTRL: its function
+        ldrb    r5, [r3, #1]
+        add     r6, r1, r2, lsl #2
+        str     r5, [r6, #4]            @ its pad, out of isolation
+        adds    r3, #4
+        cmp     r3, r4
+        bne     2b
+        ldr     r0, =PWM + 0xf0         @ EN: the carrier, and the reader so many cycles later
+        ldr     r1, =1 << SLICE_PAIR | 1 << SLICE_SINGLE
+        ldr     r2, =PIO0
+        movs    r3, #1
+        str     r1, [r0]
+        str     r3, [r2]                @ CTRL: machine 0
+        bl      find_motor
+        pop     {r4-r9, pc}
+
+@ The state machine, with its wait before the first frame.
+start_reader:
+        ldr     r0, =PIO0
+        ldr     r1, =reader
+        ldr     r2, =reader_end
+        add     r3, r0, #0x48           @ INSTR_MEM0
+1:      ldrh    r4, [r1]
+        str     r4, [r3]
+        adds    r1, #2
+        adds    r3, #4
+        cmp     r1, r2
+        bne     1b
+        adds    r0, #0xc8               @ of machine 0
+        ldr     r1, =1 << 16
+        str     r1, [r0]                @ CLKDIV
+        ldr     r1, =9 << 12
+        str     r1, [r0, #4]            @ EXECCTRL: wraps behind the push
+        movs    r1, #0
+        str     r1, [r0, #8]            @ SHIFTCTRL: to the left, nothing by itself
+        ldr     r1, =1 << 29 | 1 << 26 | PIN_CLOCK << 10 | PIN_CLOCK << 5
+        str     r1, [r0, #0x14]         @ PINCTRL: set is the clock, to drive it
+        ldr     r1, =0xe081             @ set pindirs, 1
+        str     r1, [r0, #0x10]
+        nop
+        ldr     r2, =1 << 29 | 1 << 26 | PIN_DATA << 15 | PIN_CLOCK << 10 | PIN_SELECT << 5
+        str     r2, [r0, #0x14]
+        str     r1, [r0, #0x10]
+        ldr     r1, =0xe001             @ set pins, 1
+        str     r1, [r0, #0x10]
+        ldr     r4, =PIO0
+        ldr     r1, =IDLE_ROUNDS
+        str     r1, [r4, #0x10]         @ TXF0
+        ldr     r1, =0x80a0             @ pull
+        str     r1, [r0, #0x10]
+        nop
+        ldr     r1, =0xa047             @ mov y, osr
+        str     r1, [r0, #0x10]
+        ldr     r1, =FIRST_ROUNDS
+        str     r1, [r4, #0x10]
+        ldr     r1, =0x80a0
+        str     r1, [r0, #0x10]
+        nop
+        ldr     r1, =0xa027             @ mov x, osr
+        str     r1, [r0, #0x10]
+        nop
+        movs    r1, #2                  @ jmp 2
+        str     r1, [r0, #0x10]
+        ldr     r0, =PIO0 + 0x170
+        movs    r1, #1
+        str     r1, [r0]                @ IRQ0_INTE: a word of machine 0
+        bx      lr
+
+@ Three phases at half of the supply, counting up and down.
+start_carrier:
+        ldr     r0, =PWM + 20 * SLICE_PAIR
+        ldr     r1, =PWM + 20 * SLICE_SINGLE
+        ldr     r2, =PWM_MIDDLE << 16 | PWM_MIDDLE
+        ldr     r3, =PWM_TOP
+        movs    r4, #16
+        movs    r5, #2                  @ CSR: phase-correct
+        movs    r6, #0
+1:      str     r5, [r0]
+        str     r4, [r0, #4]            @ DIV
+        str     r6, [r0, #8]            @ CTR
+        str     r2, [r0, #0xc]          @ CC
+        str     r3, [r0, #0x10]         @ TOP
+        cmp     r0, r1
+        mov     r0, r1
+        bne     1b
+        bx      lr
+
+@ Where the magnet is: a field that stands still pulls it there, and one that turns once takes it along, there and back, so that what
+@ friction holds back cancels out. Nothing is kept from start to start.
+@
+@   look (disabled) -> raise -> once forward -> wait -> once back -> wait -> direction, offset
+find_motor:
+        push    {lr}
+        ldr     r4, =knob
+        mov     r1, #8192
+        str     r1, [r4, #K_LIMIT]      @ the first word may be any
+        movs    r7, #0                  @ the number of the last word
+        movs    r8, #0
+        bl      next_word
+        movs    r1, #STEPS_MAX
+        str     r1, [r4, #K_LIMIT]
+        ldr     r5, =LOOK
+1:      bl      next_word
+        subs    r5, #1
+        bne     1b
+        ldr     r0, [r4, #K_AGE]
+        cmp     r0, #8                  @ a word may be wrong now and then
+        bhs     lost
+        ldr     r0, =0xd0000000
+        ldr     r1, =1 << PIN_ENABLE
+        str     r1, [r0, #0x18]         @ SIO: GPIO_OUT_SET
+        movs    r5, #0
+2:      ldr     r1, =ALIGN              @ raise
+        ldr     r2, =RAISE
+        muls    r1, r5, r1
+        udiv    r1, r1, r2
+        mov     r0, #16384
+        bl      board_phases
+        bl      next_word
+        adds    r5, #1
+        ldr     r2, =RAISE
+        cmp     r5, r2
+        bne     2b
+        movs    r5, #0
+3:      bl      field                   @ forward
+        adds    r5, #1
+        cmp     r5, #8192
+        bls     3b
+        subs    r5, #1
+        bl      stand
+        ldr     r8, [r4, #K_POSITION]
+        ldr     r9, [r4, #K_FRAME_ANGLE]
+4:      bl      field                   @ and back
+        subs    r5, #1
+        bpl     4b
+        movs    r5, #0
+        bl      stand
+        ldr     r1, [r4, #K_POSITION]
+        subs    r8, r8, r1              @ how far an electrical turn is
+        ldr     r0, =TURN0
+        ldr     r1, =-GAIN0             @ a positive word is against the angle
+        ldr     r2, =-LEAD0
+        ldr     r3, =BACK0
+        bpl     5f
+        rsbs    r0, r0, #0
+        rsbs    r1, r1, #0
+        rsbs    r2, r2, #0
+        rsbs    r3, r3, #0
+        rsb     r8, r8, #0
+5:      str     r0, [r4, #K_TURN]
+        str     r1, [r4, #K_GAIN]
+        str     r2, [r4, #K_LEAD]
+        str     r3, [r4, #K_BACK]
+        ldr     r1, =TURNED_LOW
+        cmp     r8, r1
+        blt     lost
+        ldr     r1, =TURNED_HIGH
+        cmp     r8, r1
+        bgt     lost
+        ldr     r1, [r4, #K_FRAME_ANGLE]
+        muls    r1, r0, r1              @ both ends are electrical angle 0: the middle of what they say
+        mul     r9, r9, r0
+        sub     r9, r9, r1
+        sxth    r9, r9
+        add     r1, r1, r9, asr #1
+        mov     r0, #32768              @ phase a is minus the sine
+        sub     r0, r0, r1
+        str     r0, [r4, #K_OFFSET]
+        movs    r0, #0
+        movs    r1, #0
+        bl      board_phases            @ no force
+        bl      next_word
+        b       begin
+lost:   ldr     r0, =0xd0000000         @ it is disabled, and no tick enables it
+        ldr     r1, =1 << PIN_ENABLE
+        str     r1, [r0, #0x20]
+        ldr     r0, =core0
+        ldr     r1, [r0, #C_FAULTS]
+        orr     r1, r1, #FAULT_ALIGN
+        str     r1, [r0, #C_FAULTS]
+begin:  movs    r0, #0                  @ where it stands now is its middle
+        str     r0, [r4, #K_TICK]
+        str     r0, [r4, #K_POSITION]
+        str     r0, [r4, #K_SPEED]
+        pop     {pc}
+
+@ The field at step R5 of 8192 of an electrical turn, which begins and ends slowly; then a word.
+field:  push    {lr}
+        ldr     r3, =sines
+        lsrs    r0, r5, #4              @ half a turn of the table: its cosine
+        add     r0, r0, #256
+        ldrsh   r0, [r3, r0, lsl #1]
+        ldr     r1, [r3, #512]          @ the largest sine
+        sxth    r1, r1
+        subs    r0, r1, r0
+        lsls    r0, r0, #15
+        udiv    r0, r0, r1
+        add     r0, r0, #16384          @ phase a is its cosine
+        ldr     r1, =ALIGN
+        bl      board_phases
+        bl      next_word
+        pop     {pc}
+
+@ The field stands still.
+stand:  push    {lr}
+        ldr     r6, =WAIT
+1:      bl      field
+        subs    r6, #1
+        bne     1b
+        pop     {pc}
+
+@ Waits for the word behind number R7, which the watchdog sees.
+next_word:
+        push    {lr}
+1:      bl      board_begin
+        cmp     r0, r7
+        beq     1b
+        mov     r7, r0
+        ldr     r0, =board_feed         @ in RAM
+        blx     r0
+        pop     {pc}
+        .ltorg
+
+@ Outputs go to their safe state, at once and for good: the driver is disabled, then its phases are low. Called after a fault.
+        .section .text.firmware.board, "ax"
+        .global board_off
+        .type   board_off, %function
+board_off:
+        ldr     r0, =0xd0000000
+        ldr     r1, =1 << PIN_ENABLE
+        str     r1, [r0, #0x20]         @ SIO: GPIO_OUT_CLR
+        movs    r1, #0
+        ldr     r0, =PWM + 20 * SLICE_PAIR
+        str     r1, [r0, #0xc]
+        ldr     r0, =PWM + 20 * SLICE_SINGLE
+        str     r1, [r0, #0xc]
+        bx      lr

@@ -1,0 +1,86 @@
+//! `whippen page`: a page that plays.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::ValueHint;
+use whippen_compiler::check::Options;
+use whippen_compiler::diag::Severity;
+use whippen_compiler::rate::Rate;
+use whippen_runtime::playable;
+
+use super::file_plan::FilePlan;
+use super::opened::Opened;
+use super::settings::SettingArgs;
+use super::{command, load, option};
+use crate::device;
+use crate::exit::{Failure, Outcome};
+use crate::say::say;
+
+/// Keys of a page, where neither a keyboard nor an option says how many: two octaves from C4.
+const KEYS: (u32, u8) = (25, 60);
+
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example: whippen page instruments/grand-piano.whip -o touch.html\n\
+                  Example: whippen page instruments/bowed-violin.whip -o violin.html"
+)]
+pub struct Args {
+    /// The files of one program, and the name of an instrument if there are several
+    #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
+    words: Vec<OsString>,
+    /// The page
+    #[arg(short, long, value_name = "FILE.html", value_hint = ValueHint::FilePath)]
+    output: PathBuf,
+    /// How many keys, from C4 on, or from the keyboard's lowest; the keyboard's otherwise, or 25
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = option::keys)]
+    keys: Option<u32>,
+    #[command(flatten)]
+    settings: SettingArgs,
+    #[arg(long, value_name = device::VALUE, value_hint = ValueHint::FilePath, help = device::HELP)]
+    device: Option<OsString>,
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
+    tick_rate: Option<Rate>,
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let opened = Opened::words(&args.words)?;
+    let others: Vec<PathBuf> = args.settings.files().collect();
+    FilePlan::default()
+        .reads(opened.paths())
+        .reads(&others)
+        .writes("--output", &Some(args.output.clone()), &["html"])
+        .check()?;
+    let options = Options {
+        sets: args.settings.all(&opened)?,
+        rate_hz: args.tick_rate,
+        ..Options::default()
+    };
+    let (map, program) = load::checked(&opened.sources, &options, Severity::Warning)?;
+    let model = load::instrument(&program, opened.name)?;
+    let device = load::device(args.device.as_deref(), &map, &program, model)?;
+    let compiled = load::compiled(&map, model.clone(), &device, false)?;
+    let keyboard = program.keyboards.first();
+    let of_keyboard = keyboard.map(|own| (own.layout.keys, own.layout.first_note));
+    let (usual, first_note) = of_keyboard.unwrap_or(KEYS);
+    let keys = match compiled.model.is_of_key() {
+        true => args.keys.unwrap_or(usual),
+        false => 1,
+    };
+    let page = playable::page(
+        &compiled,
+        &device,
+        (keys as usize, first_note),
+        &command::typed(),
+    );
+    let page = page.map_err(|error| Failure::Usage(error.to_string()))?;
+    page.save(&args.output)
+        .map_err(|error| Failure::Usage(error.to_string()))?;
+    say!(
+        "{}: {} bytes, {} of them the instrument; open it in a browser",
+        args.output.display(),
+        page.html.len(),
+        page.module_bytes
+    );
+    Ok(())
+}

@@ -1,0 +1,121 @@
+//! Pages that play: under node what they record is what `whippen run` plays, word for word; in a
+//! browser, in real time, a key is struck.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::cli::{Shell, bundled};
+
+/// The folder of the scripts.
+fn scripts() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/playable")
+}
+
+/// A page of a bundled instrument.
+fn page(shell: &Shell, file: &str, more: &[&str]) -> String {
+    let program = bundled(file);
+    let words = [&["page", &program, "-o", "page.html"], more].concat();
+    let (out, _) = shell.ends(0, &words);
+    assert!(out.contains("open it in a browser"), "{out}");
+    std::fs::read_to_string(shell.path("page.html")).expect("a page")
+}
+
+#[test]
+fn a_page_is_one_file_that_asks_for_nothing() {
+    let shell = Shell::new();
+    let html = page(&shell, "grand-piano.whip", &[]);
+    for outside in ["http://", "https://", "src=\"", "@import", "fetch("] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+    assert!(html.len() < 2_000_000, "{} bytes", html.len());
+    assert_eq!(
+        html,
+        page(&shell, "grand-piano.whip", &[]),
+        "the same again"
+    );
+    let two = ["page", &bundled("split.whip"), "-o", "two.html"];
+    shell.refuses(2, &two, &["grand_piano"]);
+    let wrong = ["page", &bundled("mikey.whip"), "-o", "two.txt"];
+    shell.refuses(2, &wrong, &["html"]);
+}
+
+#[test]
+fn what_a_page_records_runs_to_the_same_words() {
+    let Some(node) = whippen_need::tool("node") else {
+        return;
+    };
+    for (file, drives) in [
+        ("grand-piano.whip", &["drive_n"][..]),
+        ("knob.whip", &["drive_n_m"]),
+        (
+            "bowed-violin.whip",
+            &["drive_x_n", "drive_y_n", "drive_z_n"],
+        ),
+        ("keytar.whip", &["drive_x_n", "drive_y_n", "drive_z_n"]),
+    ] {
+        let shell = Shell::new();
+        page(&shell, file, &[]);
+        let ran = Command::new(&node)
+            .arg(scripts().join("record.mjs"))
+            .args(["page.html", "1.5"])
+            .current_dir(shell.path("."))
+            .output()
+            .expect("node starts");
+        assert!(
+            ran.status.success(),
+            "{}",
+            String::from_utf8_lossy(&ran.stderr)
+        );
+        // As texts: a reader of JSON may be off by the last bit.
+        let driven: Vec<Vec<String>> = serde_json::from_slice(&ran.stdout).expect("JSON");
+        let number = |text: &String| text.parse::<f64>().expect("a number");
+        let forces = |row: &Vec<String>| row.iter().map(number).collect();
+        let driven: Vec<Vec<f64>> = driven.iter().map(forces).collect();
+        let (program, columns) = (bundled(file), drives.join(","));
+        let run = ["run", &program, "--motion", "recorded.csv", "--exact"];
+        shell.ends(
+            0,
+            &[&run[..], &["--out", "trace.csv", "--columns", &columns]].concat(),
+        );
+        let rows = shell.lines("trace.csv");
+        let values = |row: &String| -> Vec<f64> {
+            let cells = row.split(',').skip(1);
+            cells.map(|cell| cell.parse().expect("a number")).collect()
+        };
+        let traced: Vec<Vec<f64>> = rows[1..].iter().map(values).collect();
+        assert_eq!(traced.len(), driven.len(), "{file}: ticks");
+        let differs = (0..traced.len()).find(|tick| traced[*tick] != driven[*tick]);
+        assert_eq!(differs, None, "{file}: the first tick that is another");
+        let most = driven
+            .iter()
+            .flatten()
+            .fold(0.0_f64, |most, force| most.max(force.abs()));
+        assert!(most > 0.01, "{file}: {most} at most");
+    }
+}
+
+#[test]
+fn a_browser_plays_a_key_in_real_time() {
+    let tools = ["node", "chromium"].map(whippen_need::tool);
+    let [Some(node), Some(chromium)] = tools else {
+        return;
+    };
+    let shell = Shell::new();
+    page(&shell, "grand-piano.whip", &[]);
+    let ran = Command::new(node)
+        .arg(scripts().join("drive.mjs"))
+        .arg(chromium)
+        .args([shell.path("page.html"), scripts().join("strike.js")])
+        .output()
+        .expect("node starts");
+    let told: Value = serde_json::from_slice(&ran.stdout)
+        .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&ran.stderr)));
+    assert_eq!(told["heard"], serde_json::json!([]), "{told}");
+    let value = |name: &str| told["value"][name].as_str().unwrap_or_default().to_string();
+    assert!(value("status").starts_with("running, 44100 Hz"), "{told}");
+    assert!(value("ticks").contains("s played"), "{told}");
+    assert!(value("events").contains("note"), "{told}");
+    assert_eq!(told["value"]["wide"], true, "{told}");
+}
