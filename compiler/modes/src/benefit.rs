@@ -284,8 +284,8 @@ impl<'a, 'k> Benefits<'a, 'k> {
                 .iter()
                 .for_each(|(_, _, place)| decide(*place)),
         }
-        let cycles = unused(self.graph, &mut self.lists.uses, &mut gone);
-        self.lists.work += gone.len() as u64;
+        let (cycles, visits) = unused(self.graph, &mut self.lists.uses, &mut gone);
+        self.lists.work += visits;
         gone.clear();
         self.lists.gone = gone;
         2 * choices + cycles
@@ -344,17 +344,28 @@ impl<'a, 'k> Benefits<'a, 'k> {
     }
 }
 
-/// Cycles of what only these uses of nodes need; the list grows by what falls with them.
-fn unused(graph: &Graph, uses: &mut IdMap<NodeId, u32>, gone: &mut Vec<NodeId>) -> u32 {
-    let (mut at, mut cycles) = (0, 0_u32);
+/// Cycles of what only these uses of nodes need, and how many nodes were visited; the list grows by
+/// what falls with them.
+///
+/// A side of a choice that itself falls is listed twice: by what it is a side of, and as what the
+/// choice used. What falls so often counts as often, which chose better than once did for the
+/// bundled instruments; nested choices would double it each time, so that a limit ends it.
+fn unused(graph: &Graph, uses: &mut IdMap<NodeId, u32>, gone: &mut Vec<NodeId>) -> (u32, u64) {
+    let (mut at, mut cycles, mut visits) = (0, 0_u32, 0);
     while let Some(id) = gone.get(at).copied() {
-        at += 1;
-        uses[id] = uses[id].saturating_sub(1);
-        if uses[id] == 0 {
+        visits += 1;
+        let falls_again = uses[id] == 0;
+        if falls_again {
+            gone.swap_remove(at);
+        } else {
+            at += 1;
+            uses[id] -= 1;
+        }
+        if uses[id] == 0 && (!falls_again || gone.len() < tuning::FALLEN) {
             cycles = cycles.saturating_add(graph.cycles(id));
             gone.extend_from_slice(graph.args(id));
         }
     }
     gone.iter().for_each(|id| uses[id] += 1);
-    cycles
+    (cycles, visits)
 }
