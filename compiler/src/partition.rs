@@ -10,7 +10,8 @@
 //!
 //! Of an instrument in parts the members of one core become one part where that is faster. What is
 //! proven of a division says what every other one would come to; the fastest is made and bounded,
-//! until that is one that is known. So without what is early on core 1 and with it.
+//! until that is one that is known. So without what is early on core 1 and with it, and then with
+//! what is heard there as well.
 
 use std::collections::BTreeSet;
 
@@ -21,6 +22,7 @@ use whippen_firmware::{
     build_divided, build_image,
 };
 use whippen_keyboard::{Layout, ProgramId};
+use whippen_parts::{Beside, EARLY_CYCLES_MIN};
 
 use crate::pipeline;
 
@@ -113,9 +115,15 @@ fn with_faster_parts(
     let Some(apart) = Divided::of(first.clone(), division, board) else {
         return Ok(first);
     };
-    let mut best = makes.fastest(apart.clone(), false);
+    let mut best = makes.fastest(apart.clone(), Beside::default());
     if board.stacks.len() > 1 {
-        best.take_shorter(Some(makes.fastest(apart, true)));
+        let early = Beside {
+            early_cycles_min: Some(EARLY_CYCLES_MIN),
+            sound: false,
+        };
+        let is_early = best.take_shorter(Some(makes.fastest(apart.clone(), early)));
+        let kept = if is_early { early } else { Beside::default() };
+        best.take_shorter(makes.fastest_with_sound(&apart, &best, kept));
     }
     Ok(best.image)
 }
@@ -135,18 +143,40 @@ struct DividedParts<'a> {
 
 impl DividedParts<'_> {
     /// The fastest of the divisions to which what is proven leads, from one with each member apart.
-    fn fastest(&self, apart: Divided, early: bool) -> Divided {
+    fn fastest(&self, apart: Divided, beside: Beside) -> Divided {
         let costs = apart.costs();
         let mut best = apart;
-        let is_together = best.take_shorter(self.together(&best.members, early));
+        let is_together = best.take_shorter(self.together(&best.members, beside));
+        self.search(best, &costs, is_together.then_some(beside))
+    }
+
+    /// The fastest with what is heard on core 1, from the fastest without.
+    fn fastest_with_sound(
+        &self,
+        apart: &Divided,
+        without: &Divided,
+        beside: Beside,
+    ) -> Option<Divided> {
+        let beside = Beside {
+            sound: true,
+            ..beside
+        };
+        let first = self.together(&without.members, beside)?;
+        Some(self.search(first, &apart.costs(), Some(beside)))
+    }
+
+    /// The fastest of the divisions to which what is proven of one leads, with members together or
+    /// each apart.
+    fn search(&self, first: Divided, costs: &[u64], together: Option<Beside>) -> Divided {
+        let mut best = first;
         let mut tried = BTreeSet::from([best.members.clone()]);
         while tried.len() < DIVISIONS_MAX {
-            let Some(next) = best.faster(&costs).filter(|next| !tried.contains(next)) else {
+            let Some(next) = best.faster(costs).filter(|next| !tried.contains(next)) else {
                 break;
             };
-            let image = match is_together {
-                true => self.together(&next, early),
-                false => self.apart(&next),
+            let image = match together {
+                Some(beside) => self.together(&next, beside),
+                None => self.apart(&next),
             };
             best.take_shorter(image);
             tried.insert(next);
@@ -160,10 +190,10 @@ impl DividedParts<'_> {
         self.build(self.instruments, &division, members)
     }
 
-    /// With the members of a core together, and perhaps what is early on core 1.
-    fn together(&self, members: &[usize], early: bool) -> Option<Divided> {
+    /// With the members of a core together, and perhaps more on core 1.
+    fn together(&self, members: &[usize], beside: Beside) -> Option<Divided> {
         let cores = self.board.stacks.len();
-        let together = pipeline::together(self.in_parts, members, early).ok()??;
+        let together = pipeline::together(self.in_parts, members, beside).ok()??;
         let with_parts = |own: &Instrument<'_>| own.parts.is_some();
         let instruments: Vec<Instrument> = self
             .instruments

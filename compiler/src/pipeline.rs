@@ -31,7 +31,7 @@ use whippen_lower::scales::{PortScales, Scales};
 use whippen_lower::simplify::{self, Step};
 use whippen_lower::{self as lower, Lowered, lost, slow_port};
 use whippen_modes::{self as modes, Modes};
-use whippen_parts::{Parts, split, split_together};
+use whippen_parts::{Beside, Parts, split, split_together};
 use whippen_source::SourceMap;
 
 pub use crate::partition::BuildError;
@@ -234,10 +234,10 @@ pub fn cut(compiled: &Compiled, instructions: usize) -> Result<Option<InParts>, 
     with_modes(whole, parts, instructions).map(Some)
 }
 
-/// Whether all that is heard of a whole is in the tail, where it is looked for.
+/// Whether all that is heard of a whole is in the part where it is looked for.
 fn is_heard(whole: &Kernel, parts: &Parts) -> bool {
-    let tail = parts.parts.last();
-    tail.is_some_and(|tail| tail.kernel.channels().len() == whole.channels().len())
+    let heard = parts.heard().and_then(|part| parts.parts.get(part));
+    heard.is_some_and(|part| part.kernel.channels().len() == whole.channels().len())
 }
 
 fn with_modes(whole: Kernel, parts: Parts, instructions: usize) -> Result<InParts, CompileError> {
@@ -256,24 +256,23 @@ fn with_modes(whole: Kernel, parts: Parts, instructions: usize) -> Result<InPart
 }
 
 /// An instrument in parts whose members are together where they have one core: that of each is
-/// given. With `early`, what no sensor leads to is a part of its own, if it is worth it. None where
-/// nothing would be other, or where a member has several modes, which those of others would
-/// multiply.
+/// given. None where nothing would be other, or where a member has several modes, which those of
+/// others would multiply; or where there is no sound to be done beside the tail.
 ///
 /// # Errors
 /// A defect.
 pub(crate) fn together(
     in_parts: &InParts,
     cores: &[usize],
-    early: bool,
+    beside: Beside,
 ) -> Result<Option<InParts>, CompileError> {
     let mut members = in_parts.modes.iter().skip(1).take(cores.len());
     let numbers: BTreeSet<usize> = cores.iter().copied().collect();
-    if (numbers.len() == cores.len() && !early) || members.any(|modes| modes.modes.len() > 1) {
+    if (numbers.len() == cores.len() && beside == Beside::default()) || members.any(|modes| modes.modes.len() > 1) {
         return Ok(None);
     }
     let cores: Vec<u32> = cores.iter().map(|core| *core as u32).collect();
-    let parts = split_together(&in_parts.whole, &cores, early);
+    let parts = split_together(&in_parts.whole, &cores, beside);
     let parts = parts.filter(|parts| is_heard(&in_parts.whole, parts));
     let with_modes = |parts| with_modes(in_parts.whole.clone(), parts, in_parts.instructions);
     parts.map(with_modes).transpose()

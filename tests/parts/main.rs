@@ -5,6 +5,7 @@ mod divided;
 mod played;
 mod rig;
 mod set;
+mod sound;
 
 use whippen_compiler::check::Options;
 use whippen_compiler::front::compile_front;

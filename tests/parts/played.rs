@@ -85,18 +85,26 @@ fn strings_in_parts_play_what_the_whole_plays() {
     }
 }
 
-/// The bow of the bundled violin moves along its strings: what it takes a tick of 44.1 kHz stands
-/// in the bars.
+/// The bow of the bundled violin moves along its strings.
 #[test]
 fn a_violin_whose_bow_moves_along_plays_what_the_whole_plays() {
     println!(
         "{:?}",
         compare(&compiled(VIOLIN, SLOW_HZ), BoardKind::Rp2350)
     );
-    let image = Image::of(&compiled(VIOLIN, SOUND_HZ), BoardKind::Rp2350);
-    assert!(image.built.cut().expect("four members").has_early());
-    let cycles_max = image.bounded().contended.cycles_max;
-    assert!(cycles_max <= 3558, "{cycles_max}");
+}
+
+/// The goal: the bundled violin in a tick of 44.1 kHz. The emulator's frame of core 0 is within the
+/// bound at that rate as well, and every word the interpreter's.
+#[test]
+fn a_violin_is_in_time_at_the_rate_of_sound() {
+    let compiled = compiled(VIOLIN, SOUND_HZ);
+    let image = Image::of(&compiled, BoardKind::Rp2350);
+    let cut = image.built.cut().expect("four members");
+    assert!(cut.has_early() && cut.has_sound());
+    let [found, most] = compare(&compiled, BoardKind::Rp2350);
+    println!("{found}, at most {most}");
+    assert!(most <= u64::from(150_000_000 / SOUND_HZ), "{most}");
 }
 
 /// Core 0 waits before its members where what is early takes longer than the head.
@@ -149,20 +157,29 @@ fn weights_in_parts_play_what_the_whole_plays() {
     }
 }
 
-/// What is heard is the tail's, and the file is the interpreter's.
+/// What is heard is core 1's or the tail's, and the file is the interpreter's.
 #[test]
 fn strings_in_parts_are_heard_as_the_whole_is() {
-    let folder = std::env::temp_dir().join(format!("whippen-parts-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder");
-    let program = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/programs/bowed_strings.whip"
-    );
-    let rate = SLOW_HZ.to_string();
+    let boards = ["rp2350", "stm32f4"];
+    heard_as_the_whole("tests/programs/bowed_strings.whip", SLOW_HZ, &boards);
+}
+
+/// As above, with a filter behind the strings and a volume that glides.
+#[test]
+fn a_violin_in_parts_is_heard_as_the_whole_is() {
+    let violin = "instruments/bowed-violin.whip";
+    heard_as_the_whole(violin, SOUND_HZ, &["rp2350"]);
+    heard_as_the_whole(violin, 8200, &["rp2040"]);
+}
+
+fn heard_as_the_whole(program: &str, rate_hz: u32, boards: &[&str]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = format!("{}/{program}", env!("CARGO_MANIFEST_DIR"));
+    let rate = rate_hz.to_string();
     let heard = |name: &str, engine: &[&str]| {
-        let file = folder.join(name);
+        let file = folder.path().join(name);
         let output = Command::new(env!("CARGO_BIN_EXE_whippen"))
-            .args(["run", program, "--seconds", "150ms", "--tick-rate", &rate])
+            .args(["run", &program, "--seconds", "150ms", "--tick-rate", &rate])
             .args(engine)
             .arg("--out")
             .arg(&file)
@@ -173,9 +190,8 @@ fn strings_in_parts_are_heard_as_the_whole_is() {
     };
     let whole = heard("whole.wav", &["--engine", "interp"]);
     assert!(whole.iter().filter(|byte| **byte != 0).count() > 1000);
-    for board in ["rp2350", "stm32f4"] {
+    for board in boards {
         let engine = ["--engine", "emulated", "--board", board];
         assert!(whole == heard("parts.wav", &engine), "{board}");
     }
-    std::fs::remove_dir_all(&folder).expect("the folder");
 }

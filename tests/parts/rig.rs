@@ -164,6 +164,20 @@ impl<'a> Rig<'a> {
         cycles.max().unwrap_or(0)
     }
 
+    /// Gives the words of the next tick.
+    pub fn next(&mut self, row: Vec<u16>) {
+        self.converter().samples.extend(row);
+    }
+
+    /// Cycles until a word is another one, looked at after so many each.
+    pub fn looks(&mut self, at: u32, known: u32, every_cycles: u64) -> u64 {
+        let began = self.cycle();
+        while self.word(at) == known {
+            self.machine.run(self.cycle() + every_cycles);
+        }
+        self.cycle() - began
+    }
+
     /// One tick, and most of what is left until the next one.
     fn tick(&mut self, row: Vec<u16>) -> Vec<i16> {
         let words = self.image.words;

@@ -125,10 +125,10 @@ fn around<'a>(
             code_banks(image, board, other),
             data_banks(image, program, board, other),
         ];
-        // Core 0 writes to core 1's memory only while that waits, or does what is early.
+        // Core 0 writes to core 1's memory while that waits, does what is early, or runs members.
         others.remote_accesses = match core {
-            0 => cut.crossing_back(),
-            _ => cut.crossing_early(),
+            0 => cut.crossing_back(whole.channels()),
+            _ => cut.crossing_early() + cut.crossing_heard(),
         };
     }
     let is_only = cores == 1 && cut.is_none();

@@ -24,8 +24,12 @@
 //! by itself only after as many rounds as a tick has cycles, each of one cycle at least, and a
 //! bound that long is refused as late.
 //!
-//! Core 0 writes to the memory of core 1 while that does what is early; each word makes one of its
-//! accesses wait at most.
+//! Core 0 writes to the memory of core 1 while that does what is early, and, of what is heard, while
+//! that runs members; each word makes one of its accesses wait at most.
+//!
+//! Where core 1 has what is heard, its last leg begins where both are done with their members, and
+//! ends in no place where they meet: core 0 takes the sum at its next tick. So it is in time if it
+//! ends before that tick begins, and a frame takes as long as the core that is done last.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -35,7 +39,8 @@ use super::tick::ticks;
 use super::tick_handler::{OnCore, ZoneBound, find};
 use super::{Annotations, Bound, ByContention, Known, NotBounded, bound};
 use whippen_firmware::{
-    Cut, EARLY, FINISHED, LED, LEFT, MEET, MEMBERS, POLL, RUNNING, Role, UNMET, WAIT, WENT,
+    Cut, DONE, EARLY, FINISHED, LATE, LED, LEFT, MEET, MEMBERS, POLL, RUNNING, Role, UNMET,
+    WAIT, WENT,
 };
 
 /// Rounds of a loop that looks for the other core's number, once that is there.
@@ -68,8 +73,11 @@ pub struct Helped {
     pub start: Bound,
     /// What core 0 runs before, between and behind the places where the cores meet.
     pub core0: Vec<Leg>,
-    /// What core 1 runs before and between them.
+    /// What core 1 runs before and between them, and what is heard behind the last.
     pub core1: Vec<Leg>,
+    /// Where core 1 has what is heard: a frame until it calls the parts, and these until core 0
+    /// begins to start core 1.
+    pub before: Option<[Bound; 2]>,
 }
 
 /// What a core runs from where it looks for the other's number to where it looks for the next one.
@@ -97,7 +105,9 @@ impl Helped {
     fn meetings(&self) -> Vec<[u64; 2]> {
         let start = self.start.cycles_max;
         let mut cycles = [0, start];
-        let legs = self.core0.iter().zip(&self.core1);
+        // The last leg of core 0 leads to no meeting.
+        let meetings = self.core0.len().saturating_sub(1);
+        let legs = self.core0.iter().zip(&self.core1).take(meetings);
         let meeting = |(number, [own, helper]): (usize, [&Leg; 2])| {
             let written = if number == 0 {
                 [0, start]
@@ -132,6 +142,20 @@ impl Helped {
         self.core0.last().map_or(0, |leg| leg.end(looks, written))
     }
 
+    /// Until core 1 is done with what is heard, where it has that, at most.
+    pub fn sound_cycles_max(&self) -> Option<u64> {
+        let [written, looks] = self.members_cycles_max();
+        let leg = self.core1.get(self.core0.len().saturating_sub(1))?;
+        Some(leg.end(looks, written))
+    }
+
+    /// From the beginning of core 0's handler until core 1 is done with what is heard, where it has
+    /// that, at most.
+    pub(super) fn handler_cycles_max(&self) -> Option<u64> {
+        let before = self.before.iter().flatten().map(|bound| bound.cycles_max);
+        Some(before.sum::<u64>() + self.sound_cycles_max()?)
+    }
+
     /// Bytes of core 0's stack, at most.
     fn stack_bytes_max(&self) -> u32 {
         // What is on it where they meet is on it until the end.
@@ -150,7 +174,7 @@ impl Helped {
     fn bounds(&self) -> impl Iterator<Item = &Bound> {
         let legs = self.core0.iter().chain(&self.core1);
         let legs = legs.flat_map(|leg| [&leg.at_once, &leg.late]);
-        legs.chain([&self.start])
+        legs.chain([&self.start]).chain(self.before.iter().flatten())
     }
 }
 
@@ -285,13 +309,14 @@ impl OnCore<'_> {
                 ..of.program.annotations.clone()
             };
             let early = [MEET, EARLY].into_iter().filter(|_| cut.has_early());
-            for head in [WAIT, POLL[1]].into_iter().chain(early) {
+            let sound = [DONE].into_iter().filter(|_| cut.has_sound());
+            for head in [WAIT, POLL[1]].into_iter().chain(early).chain(sound) {
                 annotations.loops.insert(place(head)?, rounds);
             }
             bound(&of.query(place(entry)?, &annotations))
         };
         let legs = |of: &OnCore, places: &[Option<&str>], visits_cycles: &[u64]| {
-            let ends = places.windows(2).zip(visits_cycles.iter().chain(&[0; 3]));
+            let ends = places.windows(2).zip(visits_cycles.iter().chain(&[0; 4]));
             let leg = |(ends, visits): (&[Option<&str>], &u64)| {
                 let from = ends[0].unwrap_or_default();
                 Ok(Leg {
@@ -307,15 +332,46 @@ impl OnCore<'_> {
             false => (vec![], vec![]),
         };
         let on_core0 = [vec![Some(MEMBERS)], led, vec![Some(LEFT), None]].concat();
-        let on_core1 = [vec![Some(POLL[0])], early, vec![Some(FINISHED)]].concat();
+        let sound = [Some(DONE)].into_iter().filter(|_| cut.has_sound()).collect();
+        let on_core1 = [vec![Some(POLL[0])], early, sound, vec![Some(FINISHED)]].concat();
+        let crossing = [cut.crossing_early(), cut.crossing_heard()].into_iter();
+        let crossing = crossing.filter(|words| *words > 0 || cut.has_early());
+        let access_cycles = helper.interference.remote_access_cycles();
+        let visits: Vec<u64> = crossing.map(|words| u64::from(words * access_cycles)).collect();
         let helped = Helped {
             start: at(self, MEMBERS, Some(WENT), 1)?,
             core0: legs(self, &on_core0, &[])?,
-            core1: legs(helper, &on_core1, &[helper.visits_cycles()])?,
+            core1: legs(helper, &on_core1, &visits)?,
+            before: match cut.has_sound() {
+                true => Some(self.bound_before(parts)?),
+                false => None,
+            },
         };
         let stacks = helped.core1.iter().map(|leg| leg.late.stack_bytes_max);
         helper.has_stack_room(helper.stack()?.0, stacks.max().unwrap_or(0))?;
         Ok(helped)
+    }
+
+    /// A frame until it calls the parts, and these until core 0 begins to start core 1. Both may
+    /// also end where that is not started.
+    fn bound_before(&self, parts: &[PartBound]) -> Result<[Bound; 2], NotBounded> {
+        let place = |name: &str| self.program.symbols.get(name).copied();
+        let calls = format!("{}_tick", self.playing.name);
+        let at = |entry: &str, ends: &[&str]| {
+            let annotations = Annotations {
+                handler: true,
+                known: known_on(self, parts, 0)?,
+                bases: self.stack_base()?,
+                stops: ends.iter().copied().filter_map(place).collect(),
+                ..self.program.annotations.clone()
+            };
+            bound(&self.query(find(self.program, entry)?, &annotations))
+        };
+        let ends = [&calls, "missed", "alarmed", "beginning", "watch"];
+        Ok([
+            at(self.running.handler, &ends)?,
+            at(&calls, &[MEMBERS, LATE])?,
+        ])
     }
 
     /// What is known of what the row of an instrument in parts calls.

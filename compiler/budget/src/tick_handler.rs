@@ -236,7 +236,8 @@ impl<'a> OnCore<'a> {
             .sum::<u64>()
             + cut.as_ref().map_or(0, CutBound::own_cycles_max);
         let of_handler = calls.parts(self.program, &handled.path, keys_cycles);
-        let parts = self.list_parts(&around, of_handler);
+        let mut parts = self.list_parts(&around, of_handler);
+        parts.extend(self.outlasting(&around, &parts, keys_cycles, cut.as_ref()));
         let waiting = self.list_waiting(&around, &handled, &zones, cut.as_ref(), &costs);
         let stack_bytes_max = around.idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
         self.has_stack_room(self.stack()?.0, stack_bytes_max)?;
@@ -298,8 +299,7 @@ impl<'a> OnCore<'a> {
     fn list_parts(&self, around: &Around, of_handler: Vec<(String, u64)>) -> Vec<(String, u64)> {
         let exceptions = &self.core.exceptions;
         let saved = u64::from(around.stacking.times(SAVED_WORDS).cycles());
-        let vector = u64::from(around.vector.cycles());
-        let enter = u64::from(exceptions.entry.cycles) + saved + vector;
+        let enter = self.enter_cycles(around);
         let leave = u64::from(exceptions.exit.cycles) + saved;
         let mut parts = vec![
             (
@@ -315,6 +315,29 @@ impl<'a> OnCore<'a> {
             parts.push((WaitCause::Visits.to_string(), visits));
         }
         parts
+    }
+
+    /// What a frame takes longer because core 1 is done with what is heard after core 0 with all
+    /// the rest.
+    fn outlasting(
+        &self,
+        around: &Around,
+        parts: &[(String, u64)],
+        keys_cycles: u64,
+        cut: Option<&CutBound>,
+    ) -> Option<(String, u64)> {
+        let helped = cut?.helped.as_ref()?.handler_cycles_max()?;
+        let last = around.idle.cycles_max + self.enter_cycles(around) + helped;
+        let own = keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>();
+        let longer = (last + self.visits_cycles()).checked_sub(own)?;
+        (longer > 0).then(|| ("core 1, with what is heard".to_string(), longer))
+    }
+
+    /// What the interrupt takes before the handler.
+    fn enter_cycles(&self, around: &Around) -> u64 {
+        let saved = u64::from(around.stacking.times(SAVED_WORDS).cycles());
+        let vector = u64::from(around.vector.cycles());
+        u64::from(self.core.exceptions.entry.cycles) + saved + vector
     }
 
     /// What the other core's visits cost a frame.

@@ -85,6 +85,12 @@ impl ProgramCode {
         all
     }
 
+    /// Whether core 1 alone has what is heard, and sums it.
+    pub(super) fn cut_has_sound(&self) -> bool {
+        let mut cuts = self.cores.iter().flat_map(|core| &core.cut);
+        cuts.any(Cut::has_sound)
+    }
+
     /// Everything that is compiled.
     pub(super) fn built(&self) -> impl Iterator<Item = &Built> {
         let zones = self.zones().map(|zone| &zone.built);
@@ -280,7 +286,7 @@ impl KeysCompiler<'_> {
         let tail = parts.pop();
         let tail = tail.ok_or_else(|| ThumbError::Bug("no tail".to_string()))?;
         let zone = ZoneCode {
-            channels: in_parts.tail().map_or_else(Vec::new, Kernel::channels),
+            channels: in_parts.heard().map_or_else(Vec::new, Kernel::channels),
             built: parts::with_names_of_frame(tail.built, &tail.name, &name),
             name: tail.name,
             of,

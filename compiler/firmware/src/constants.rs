@@ -93,6 +93,8 @@ pub fn constants(
     put("ZONES", is_split(programs).into());
     put("LATCH", is_latched(programs).into());
     put("SOUND", channels(programs).into());
+    let sums = channels(programs) > 0 && !programs.iter().any(|program| program.cut_has_sound());
+    put("SUMS", sums.into());
     put("FULL_SCALE", FULL_SCALE as u64);
     put("PROGRAMS", programs.len() as u64);
     put("FIRST_NOTE", setup.first_note.into());

@@ -46,6 +46,11 @@ impl FirmwareImage {
         cores.find_map(|core| core.cut.as_ref())
     }
 
+    /// Channels of what is heard.
+    pub fn channels(&self) -> u32 {
+        channels(&self.programs)
+    }
+
     /// What the other core reads and writes between two ticks of a core in memory that is otherwise
     /// this core's (words).
     pub fn visits(&self, core: CoreId) -> u32 {

@@ -46,7 +46,8 @@ pub use knob::Coil;
 pub use objects::{frame_constants, objects, sources};
 pub use offsets::{FAULTS, Fault, core_block, key_guard, knob_block};
 pub use parts::{
-    Cut, EARLY, FINISHED, InParts, LED, LEFT, MEET, MEMBERS, POLL, PartCode, UNMET, WAIT, WENT,
+    Cut, DONE, EARLY, FINISHED, InParts, LATE, LED, LEFT, MEET, MEMBERS, POLL, PartCode, UNMET,
+    WAIT, WENT,
 };
 pub use ports::{GuardedDrive, GuardedPort};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};

@@ -71,13 +71,19 @@ pub const WAIT: &str = "core0_wait";
 pub const POLL: [&str; 2] = ["core1_poll", "core1_wait"];
 /// The loop in which core 1, done with what is early, waits for what the head leaves.
 pub const EARLY: &str = "core1_early";
-/// Where core 1 has written `done`.
+/// The loop in which core 1, done with its members, waits for what those of core 0 leave for what
+/// is heard.
+pub const DONE: &str = "core1_done";
+/// Where core 0 gives a tick up.
+pub const LATE: &str = "core0_late";
+/// Where core 1 has written its last number of a tick.
 pub const FINISHED: &str = "core1_finished";
 
 impl InParts {
-    /// The kernel of the tail.
-    pub fn tail(&self) -> Option<&Kernel> {
-        self.parts.parts.last().map(|part| &part.kernel)
+    /// The kernel that has what is heard.
+    pub(super) fn heard(&self) -> Option<&Kernel> {
+        let heard = self.parts.parts.get(self.parts.heard()?);
+        heard.map(|part| &part.kernel)
     }
 
     /// The core of every part, on so many: the most expensive member first, each to the core that
@@ -100,7 +106,7 @@ impl InParts {
     /// The core of every part, on so many, where each member is all that one core has.
     pub fn on_own_cores(&self, cores: usize) -> Vec<usize> {
         let core = |role| match role {
-            Role::Early => cores.saturating_sub(1),
+            Role::Early | Role::Sound => cores.saturating_sub(1),
             Role::Member(number) => cores.saturating_sub(1).min(number as usize),
             _ => 0,
         };
@@ -147,13 +153,40 @@ impl Cut {
         }
     }
 
-    /// Words that core 1 writes to the memory of core 0 in a tick.
-    pub fn crossing_back(&self) -> u32 {
+    /// Whether core 1 does what is heard while core 0 runs the tail.
+    pub fn has_sound(&self) -> bool {
+        let is_sound = |part: &PartCode| part.role == Role::Sound && part.core == 1;
+        self.parts.iter().any(is_sound)
+    }
+
+    /// Words that core 0 writes to the memory of core 1 behind its members: what is heard of these,
+    /// and that it is there.
+    pub fn crossing_heard(&self) -> u32 {
+        let of_member = |part: usize| {
+            let part = self.parts.get(part);
+            part.is_some_and(|part| part.core == 0 && matches!(part.role, Role::Member(_)))
+        };
+        let wires = self.of.wires.iter();
+        let wires = wires.filter(|wire| of_member(wire.from.part));
+        let to = wires.flat_map(|wire| &wire.to);
+        match self.has_sound() {
+            true => 1 + to.filter(|to| self.core_of(to.part) == 1).count() as u32,
+            false => 0,
+        }
+    }
+
+    /// Words that core 1 writes to the memory of core 0 in a tick: with what is heard a number, a
+    /// sum and its tick.
+    pub fn crossing_back(&self, channels: u32) -> u32 {
         let wires = self.of.wires.iter();
         let from_core1 = wires.filter(|wire| self.core_of(wire.from.part) == 1);
         let to = from_core1.flat_map(|wire| &wire.to);
         let words = to.filter(|to| self.core_of(to.part) == 0).count() as u32;
-        1 + u32::from(self.has_early()) + words
+        let sound = match self.has_sound() {
+            true => 2 + 2 * channels,
+            false => 0,
+        };
+        1 + u32::from(self.has_early()) + sound + words
     }
 
     /// The tail is on core 0.
@@ -166,6 +199,11 @@ impl Cut {
         let Of { part, number } = *self.of.lives.get(live)?;
         let (name, built) = self.part(tail, part);
         Some((name, built.layout.live_param(number as usize)?))
+    }
+
+    /// The part that has what is heard: name of the state, and what that has where.
+    pub(super) fn heard<'a>(&'a self, tail: &'a ZoneCode) -> (&'a str, &'a Built) {
+        self.part(tail, self.of.heard().unwrap_or(self.parts.len()))
     }
 
     fn part<'a>(&'a self, tail: &'a ZoneCode, part: usize) -> (&'a str, &'a Built) {

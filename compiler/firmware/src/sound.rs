@@ -39,11 +39,13 @@ pub(super) fn table_as_assembly(code: &CoreCode, number: usize, channels: u32) -
     );
     for zone in &code.zones {
         for key in 0..zone.keys() {
+            let heard = code.cut.as_ref().map(|cut| cut.heard(zone));
+            let (name, built) = heard.unwrap_or((&zone.name, &zone.built));
             let sample = |channel: u32| {
                 let own = zone.channels.get(channel as usize);
                 let cell = own.or(zone.channels.first());
-                match cell.and_then(|cell| zone.layout().cell(key, *cell)) {
-                    Some(at) => format!("{}_state + {at}", zone.name),
+                match cell.and_then(|cell| built.layout.cell(key, *cell)) {
+                    Some(at) => format!("{name}_state + {at}"),
                     None => mute_name(core),
                 }
             };

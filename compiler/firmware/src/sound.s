@@ -92,7 +92,8 @@ clip:   ldr     r4, =FULL_SCALE
         bx      lr
         .endif
 
-@ Called with the core's block in R4, when its keys have played; keeps R4.
+@ Called with the core's block in R4, when its keys have played; keeps R4. Where core 1 has what is heard, it writes the sum (parts.rs).
+        .if     SUMS
 sum_sound:
         ldr     r5, [r4, #C_PROGRAM]
         ldr     r5, [r5, #P_SOUND]
@@ -145,5 +146,6 @@ sum_sound:
         .endif
         str     r7, [r5]
 2:      bx      lr
+        .endif
         .ltorg
         .endif

@@ -50,7 +50,7 @@ tick:   push    {r4-r11, lr}
         blx     r3                      @ keeps no register
         bl      board_end
         ldr     r4, =block
-        .if     SOUND
+        .if     SUMS
         bl      sum_sound
         .endif
         ldr     r10, [r4, #C_ROW]

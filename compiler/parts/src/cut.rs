@@ -74,11 +74,13 @@ pub fn cut(
 
 /// The parts of so many members, in the order in which they may run.
 fn in_order(roles: &Roles, members: usize) -> Vec<Role> {
-    let early = roles.own.contains(&Role::Early).then_some(Role::Early);
+    let own = |role| roles.own.contains(&role).then_some(role);
+    let (early, sound) = (own(Role::Early), own(Role::Sound));
     early
         .into_iter()
         .chain([Role::Head])
         .chain((0..members as u32).map(Role::Member))
+        .chain(sound)
         .chain([Role::Tail])
         .collect()
 }
@@ -123,7 +125,7 @@ impl Cutter<'_> {
                 (Some(from), own) if from == own => true,
                 (Some(Role::Early), own) => own != Role::Head,
                 (Some(Role::Head), own) => own != Role::Early,
-                (Some(Role::Member(_)), own) => own == Role::Tail,
+                (Some(Role::Member(_)), own) => matches!(own, Role::Sound | Role::Tail),
                 _ => false,
             })
         })

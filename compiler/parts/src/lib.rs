@@ -12,6 +12,7 @@
 //! | early | what no sensor leads to and several parts need, where another core can do it meanwhile |
 //! | head | the sensor words, and what more than one member needs |
 //! | member | memory that evolves on its own and costs much, such as a string, and what is only for it |
+//! | sound | what is heard of all members, where another core can do it beside the tail |
 //! | tail | everything else: what several members lead to, drive words, events |
 //!
 //! Nothing goes by names. Instructions that touch the same memory stay together, and so does what
@@ -34,6 +35,7 @@ mod cut;
 mod early;
 mod nodes;
 mod run;
+mod sound;
 
 use std::fmt;
 
@@ -54,6 +56,8 @@ pub enum Role {
     Head,
     /// Runs after the head, in any order with the other members.
     Member(u32),
+    /// Runs after all members, at the same time as the tail: what is heard.
+    Sound,
     /// Runs last.
     Tail,
 }
@@ -64,6 +68,7 @@ impl fmt::Display for Role {
             Role::Early => f.write_str("early"),
             Role::Head => f.write_str("head"),
             Role::Member(number) => write!(f, "member {number}"),
+            Role::Sound => f.write_str("sound"),
             Role::Tail => f.write_str("tail"),
         }
     }
@@ -110,7 +115,8 @@ pub struct Wire {
 /// A Kernel in parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parts {
-    /// In the order in which they may run: early, if there is one, head, members, tail.
+    /// In the order in which they may run: early, if there is one, head, members,
+    /// sound, if there is one, tail.
     pub parts: Vec<Part>,
     /// What crosses.
     pub wires: Vec<Wire>,
@@ -120,43 +126,58 @@ pub struct Parts {
     pub cells: Vec<Of>,
 }
 
+impl Parts {
+    /// The part that has what is heard.
+    pub fn heard(&self) -> Option<usize> {
+        let sound = self.parts.iter().position(|part| part.role == Role::Sound);
+        sound.or(self.parts.len().checked_sub(1))
+    }
+}
+
+/// What another core does beside the head and beside the tail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Beside {
+    /// What no sensor leads to is a part of its own beside the head, if it takes so many cycles.
+    pub early_cycles_min: Option<u64>,
+    /// What is heard is a part of its own beside the tail: none is cut where it cannot be.
+    pub sound: bool,
+}
+
 /// A Kernel in parts, if at least two members are worth it: each of [`MEMBER_CYCLES_MIN`] cycles or
 /// more, as the target's table estimates them. It has no probes.
 pub fn split(kernel: &Kernel) -> Option<Parts> {
     let apart = |member| Some(member as u32);
-    split_by(kernel, choose::most_expensive, apart, None)
+    split_by(kernel, choose::most_expensive, apart, Beside::default())
 }
 
 /// As [`split`], with some members together: of each, the number of that which it becomes one of.
-/// What these alone need is theirs; what was the tail's stays there. With `early`, what no sensor
-/// leads to is a part of its own beside the head, if it takes [`EARLY_CYCLES_MIN`] cycles.
-pub fn split_together(kernel: &Kernel, together: &[u32], early: bool) -> Option<Parts> {
+/// What these alone need is theirs; what was the tail's stays there, but for what another core does
+/// meanwhile.
+pub fn split_together(kernel: &Kernel, together: &[u32], beside: Beside) -> Option<Parts> {
     let number = |member: usize| together.get(member).copied();
-    let least = early.then_some(EARLY_CYCLES_MIN);
-    split_by(kernel, choose::most_expensive, number, least)
+    split_by(kernel, choose::most_expensive, number, beside)
 }
 
 /// As [`split_together`], with members that lie around these instructions of the tick (by their
-/// places), as far as they do not depend on each other: at least one. What no sensor leads to is
-/// early, where it takes so many cycles. For tests.
+/// places), as far as they do not depend on each other: at least one. For tests.
 pub fn split_around(
     kernel: &Kernel,
     insts: &[usize],
     together: impl Fn(usize) -> u32,
-    early: Option<u64>,
+    beside: Beside,
 ) -> Option<Parts> {
     let choose = |classes: &classes::Classes| {
         let own = insts.iter().filter_map(|at| classes.of_inst(*at));
         choose::independent(classes, own)
     };
-    split_by(kernel, choose, |member| Some(together(member)), early)
+    split_by(kernel, choose, |member| Some(together(member)), beside)
 }
 
 fn split_by(
     kernel: &Kernel,
     choose: impl FnOnce(&classes::Classes) -> Vec<usize>,
     number: impl Fn(usize) -> Option<u32>,
-    early: Option<u64>,
+    beside: Beside,
 ) -> Option<Parts> {
     if kernel
         .all_insts()
@@ -184,8 +205,11 @@ fn split_by(
             *own = Role::Tail;
         }
     }
-    if let Some(least) = early {
+    if let Some(least) = beside.early_cycles_min {
         early::take_early(&classes, least, [&mut own, &mut apart]);
+    }
+    if beside.sound {
+        sound::take_sound(&kernel, &classes, [&mut own, &mut apart])?;
     }
     let roles = Roles { own, apart };
     cut::cut(&kernel, &nodes, &classes, &roles, last as usize + 1)

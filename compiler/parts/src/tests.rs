@@ -2,7 +2,7 @@
 
 use super::*;
 use whippen_kernel::random::{self, Rng};
-use whippen_kernel::{Interp, verify, without_probes};
+use whippen_kernel::{CHANNEL, Interp, verify, without_probes};
 
 fn random_kernel(seed: u64) -> Kernel {
     without_probes(&random::kernel(seed))
@@ -58,21 +58,25 @@ fn parts_of_random_kernels_do_what_the_whole_does() {
     let wanted = std::env::var("WHIPPEN_KERNELS").ok();
     let kernels = wanted.and_then(|text| text.parse().ok()).unwrap_or(3000);
     let (mut cuts, mut several, mut crossing, mut sooner) = (0, 0, 0_u64, 0);
+    let mut beside_tail = 0;
     for seed in 0..kernels {
         let kernel = random_kernel(seed);
         let mut rng = Rng::new(seed ^ 0x5eed);
         let count = kernel.tick.insts.len() as u64;
         let wanted: Vec<usize> = (0..8).map(|_| rng.below(count.max(1)) as usize).collect();
         let mut tail = Vec::new();
-        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32, None) {
+        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32, Beside::default()) {
             tail = cells_of_tail(&parts);
             cuts += 1;
             several += u64::from(parts.parts.len() > 3);
             crossing += u64::from(parts.wires.len() > 2);
             compare(&kernel, &parts, &mut rng, &format!("seed {seed}"));
         }
-        let early = rng.chance(1, 2).then_some(1);
-        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32 % 2, early) {
+        let beside = Beside {
+            early_cycles_min: rng.chance(1, 2).then_some(1),
+            sound: false,
+        };
+        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32 % 2, beside) {
             let begins = usize::from(parts.parts[0].role == Role::Early);
             assert!(parts.parts.len() <= 4 + begins);
             sooner += begins;
@@ -85,7 +89,24 @@ fn parts_of_random_kernels_do_what_the_whole_does() {
             );
             compare(&kernel, &parts, &mut rng, &format!("seed {seed}, together"));
         }
+        if kernel.cells.is_empty() {
+            continue;
+        }
+        let mut heard = kernel.clone();
+        let channel = rng.below(kernel.cells.len() as u64) as usize;
+        heard.cells[channel].name += CHANNEL;
+        let beside = Beside {
+            sound: true,
+            ..beside
+        };
+        if let Some(parts) = split_around(&heard, &wanted, |member| member as u32 % 2, beside) {
+            beside_tail += 1;
+            what_is_heard_stands_alone(&parts);
+            compare(&heard, &parts, &mut rng, &format!("seed {seed}, sound"));
+        }
     }
+    println!("{beside_tail} with sound");
+    assert!(beside_tail > kernels / 50);
     println!("{cuts} of {kernels} cut, {several} with several members, {crossing} with wires");
     assert!(cuts > kernels / 2 && several > kernels / 4 && crossing > kernels / 10);
     println!("{sooner} with an early part");
@@ -105,4 +126,16 @@ fn what_is_early_stands_alone(parts: &Parts) {
         let between = wire.from.part == 0 && wire.to.iter().any(|to| role(to) == Role::Head);
         assert!(!between);
     }
+}
+
+/// It has neither live values nor sensors, takes nothing of the tail and leaves nothing.
+fn what_is_heard_stands_alone(parts: &Parts) {
+    let heard = parts.heard().expect("a part");
+    let part = &parts.parts[heard];
+    assert_eq!(part.role, Role::Sound);
+    assert_eq!(part.kernel.channels().len(), 1);
+    assert!(parts.lives.iter().all(|live| live.part != heard));
+    let goes = |inst: &whippen_kernel::Inst| matches!(inst.op, Op::In(_) | Op::Out(_) | Op::Emit(_));
+    assert!(!part.kernel.tick.all_insts().any(goes));
+    assert!(parts.wires.iter().all(|wire| wire.from.part < heard));
 }

@@ -141,7 +141,11 @@ fn parts_json(cut: &CutBound, tail: &[ZoneBound]) -> Value {
     let tail = tail.iter().map(|own| part("tail".to_string(), 0, own));
     let helped = cut.helped.as_ref().map(|helped| {
         let [own, of_core1] = helped.members_cycles_max();
-        json!({ "own_cycles_max": own, "helped_cycles_max": of_core1 })
+        json!({
+            "own_cycles_max": own,
+            "helped_cycles_max": of_core1,
+            "sound_cycles_max": helped.sound_cycles_max(),
+        })
     });
     json!({ "all": parts.chain(tail).collect::<Vec<_>>(), "members": helped })
 }

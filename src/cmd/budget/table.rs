@@ -222,6 +222,9 @@ fn print_parts(bounded: &Bounded, out: &mut String) {
             "  {:>6}  core 0 with its members, {} until core 1 is done with its own",
             own, of_core1
         );
+        if let Some(sound) = helped.sound_cycles_max() {
+            let _ = writeln!(out, "  {sound:>6}  core 1 with what is heard");
+        }
     }
 }
 

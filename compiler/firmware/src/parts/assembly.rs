@@ -15,6 +15,14 @@
 //!   core 1                 '--> early -> wires -> early ----+-> wait -> members -> wires -> done
 //! ```
 //!
+//! Where core 1 has what is heard, it does that while core 0 runs the tail, and writes the sum that
+//! is sent with the next tick:
+//!
+//! ```text
+//!   core 0   .. members -> wires -> left --> wait --> tail
+//!   core 1   .. members -> wires -> done --> wait --> sound -> sum -> heard
+//! ```
+//!
 //! What is written and who reads it never meet, because one core works on it at a time:
 //!
 //! | words | written | read |
@@ -22,18 +30,20 @@
 //! | live values of core 1's members | by core 0 before `go` (with an early part, `led`) | by core 1 from there to `done` |
 //! | those that core 0's parts take of the early part | by core 1 between `go` and `early` | by core 0 behind `early` |
 //! | those of the tail | by core 1 between `go` and `done` | by core 0 behind `done` |
-//! | `go`, `led` | by core 0, while `done` is the last number | by core 1 |
-//! | `early`, `done` | by core 1, once for each `go` | by core 0 |
+//! | those of what is heard | by core 0 between `go` and `left` | by core 1 from there to `heard` |
+//! | the sum of a tick | by core 1 before `heard` | by core 0 in the next tick |
+//! | `go`, `led`, `left` | by core 0, `go` while `done` (`heard`) is the last number | by core 1 |
+//! | `early`, `done`, `heard` | by core 1, once for each `go` | by core 0 |
 //!
 //! Where `early` or `done` does not come within so many rounds as a tick has cycles, the tick is
-//! missed: its drive words are 0, the next one is silent, and no `go` is given until `done` is
-//! there.
+//! missed: its drive words are 0, the next one is silent, and no `go` is given until `done`, or
+//! `heard`, is there. A sum has the number of its tick, and is silence in any other.
 
 use std::fmt::Write;
 
 use whippen_parts::Role;
 
-use super::{Cut, EARLY, FINISHED, LED, LEFT, MEET, MEMBERS, POLL, WAIT, WENT};
+use super::{Cut, DONE, EARLY, FINISHED, LATE, LED, LEFT, MEET, MEMBERS, POLL, WAIT, WENT};
 use crate::code::{CoreCode, ZoneCode};
 use crate::{drive_offset_bytes, wires};
 
@@ -60,6 +70,9 @@ pub(crate) fn as_assembly(core: &CoreCode, cut: &Cut, period: u64, words: u32) -
     first.text.push_str(WORDS);
     if cut.has_early() {
         first.text.push_str(WORDS_EARLY);
+    }
+    if cut.has_sound() {
+        first.text.push_str(WORDS_SOUND);
     }
     let mut second = writer(".text.core1.zones");
     second.helper();
@@ -89,6 +102,20 @@ core0_early: .space 4                   @ the number of what is early that is th
         .global core1_led
 core1_led: .space 4                     @ that of what the head leaves
 ";
+
+/// The same where core 1 has what is heard while core 0 runs the tail.
+const WORDS_SOUND: &str = "
+        .section .bss.near.core0.crossing, \"aw\", %nobits
+        .global core0_heard
+core0_heard: .space 4                   @ the number of the tick whose sum is there
+        .section .bss.near.core1.crossing, \"aw\", %nobits
+        .global core1_left
+core1_left: .space 4                    @ that of what core 0's members leave
+";
+
+fn is_member(role: Role) -> bool {
+    matches!(role, Role::Member(_))
+}
 
 struct Calls<'a> {
     text: String,
@@ -150,17 +177,22 @@ impl Calls<'_> {
     /// A tick of all parts, and the beginning of all of them.
     fn tick(&mut self, name: &str) {
         let heads = self.parts(0, |role| role <= Role::Head);
-        let members = self.parts(0, |role| role > Role::Head);
+        let members = self.parts(0, is_member);
+        let sound = self.parts(0, |role| role == Role::Sound);
         let tail = self.cut.parts.len();
         self.function(&format!("{name}_tick"));
         self.line("        push    {r1, lr}");
         if self.cut.has_helper() {
-            self.line(
+            let last = match self.cut.has_sound() {
+                true => "core0_heard",
+                false => "core0_done",
+            };
+            self.line(&format!(
                 "        ldr     r0, =core0_turn\n        ldr     r0, [r0]\n        \
-                 ldr     r1, =core0_done\n        ldr     r1, [r1]\n        \
+                 ldr     r1, ={last}\n        ldr     r1, [r1]\n        \
                  cmp     r0, r1                  @ core 1 is not done with the tick before\n        \
                  beq     1f\n        b       9f\n1:",
-            );
+            ));
         }
         if self.cut.has_early() {
             self.line("        ldr     r1, [sp]");
@@ -175,6 +207,7 @@ impl Calls<'_> {
         } else {
             self.run(&members);
         }
+        self.run(&sound);
         self.call(tail, "tick");
         self.line("        pop     {r1, pc}\n        .ltorg");
         self.function(&format!("{name}_init"));
@@ -185,7 +218,12 @@ impl Calls<'_> {
 
     /// Core 1 is late: no force in this tick, and the next one is silent.
     fn late(&mut self, words: u32) {
-        self.line("9:");
+        self.line(&format!("        .global {LATE}\n{LATE}:\n9:"));
+        if self.cut.has_sound() {
+            // Core 1 may wait for members that did not run.
+            self.line("        ldr     r0, =core0_turn\n        ldr     r1, [r0]");
+            self.give("core1_left");
+        }
         self.line("        ldr     r1, [sp]\n        movs    r2, #0");
         let distance = drive_offset_bytes(words);
         self.line(&format!(
@@ -214,25 +252,33 @@ impl Calls<'_> {
 
     /// What core 0 does from `go` until core 1 is done; R0 is 1 where it is not.
     fn members(&mut self, period: u64) {
-        let members = self.parts(0, |role| role > Role::Head);
+        let members = self.parts(0, is_member);
         self.function(MEMBERS);
-        self.line(&format!(
-            "        push    {{r1, lr}}
+        self.line("        push    {r1, lr}");
+        self.line(match self.cut.has_sound() {
+            true => {
+                "        ldr     r0, =core0
+        ldr     r1, [r0, #C_TICK]       @ which the sum is that of
         ldr     r0, =core0_turn
+        str     r1, [r0]"
+            }
+            false => {
+                "        ldr     r0, =core0_turn
         ldr     r1, [r0]
         adds    r1, #1
-        str     r1, [r0]
-        ldr     r0, =core1_go
-        dmb     sy                      @ what its members take is there before
-        str     r1, [r0]
-        dmb     sy
-        .global {WENT}
-{WENT}:"
-        ));
+        str     r1, [r0]"
+            }
+        });
+        self.give("core1_go");
+        self.line(&format!("        .global {WENT}\n{WENT}:"));
         if self.cut.has_early() {
             self.meet(period);
         }
         self.run(&members);
+        self.turn();
+        if self.cut.has_sound() {
+            self.give("core1_left");
+        }
         self.line(&format!("        .global {LEFT}\n{LEFT}:"));
         self.wait("core0_done", WAIT, period);
         self.line(
@@ -245,26 +291,29 @@ impl Calls<'_> {
     /// Core 0 runs the head while core 1 does what is early; then each waits for the other.
     fn meet(&mut self, period: u64) {
         self.run(&self.parts(0, |role| role == Role::Head));
-        self.line(&format!(
-            "        ldr     r0, =core0_turn
-        ldr     r1, [r0]
-        ldr     r0, =core1_led
-        dmb     sy                      @ what the head leaves is there before
-        str     r1, [r0]
-        dmb     sy
-        .global {LED}
-{LED}:"
-        ));
+        self.turn();
+        self.give("core1_led");
+        self.line(&format!("        .global {LED}\n{LED}:"));
         self.wait("core0_early", MEET, period);
     }
 
-    /// Core 0 waits until core 1 has written the number that was given last; R0 is 1 where it does
-    /// not.
+    /// The number that was given last, in R1.
+    fn turn(&mut self) {
+        self.line("        ldr     r1, =core0_turn\n        ldr     r1, [r1]");
+    }
+
+    /// Gives core 1 the number in R1: what it takes is there before.
+    fn give(&mut self, word: &str) {
+        self.line(&format!(
+            "        ldr     r0, ={word}\n        dmb     sy\n        str     r1, [r0]\n        dmb     sy"
+        ));
+    }
+
+    /// Core 0 waits until core 1 has written the number in R1, which was given last; R0 is 1 where
+    /// it does not.
     fn wait(&mut self, word: &str, label: &str, period: u64) {
         self.line(&format!(
-            "        ldr     r0, =core0_turn
-        ldr     r1, [r0]
-        ldr     r0, ={word}
+            "        ldr     r0, ={word}
         ldr     r3, ={period}
         .global {label}
 {label}:
@@ -294,22 +343,60 @@ impl Calls<'_> {
         }
     }
 
-    /// Core 1 writes the number that it has seen.
+    /// Core 1 writes the number that it has seen, and has it in R1.
     fn tell(&mut self, word: &str) {
+        self.line("        ldr     r1, =core1_seen\n        ldr     r1, [r1]");
+        self.give(word);
+    }
+
+    /// Core 1 writes the number that it has seen, and waits until core 0 has written it, too.
+    fn tell_and_wait(&mut self, told: &str, word: &str, label: &str) {
+        self.tell(told);
         self.line(&format!(
-            "        ldr     r2, =core1_seen
-        ldr     r2, [r2]
-        ldr     r0, ={word}
-        dmb     sy
-        str     r2, [r0]
+            "        ldr     r0, ={word}
+        .global {label}
+{label}:
+@! rounds 3
+2:      ldr     r2, [r0]
+        cmp     r2, r1
+        bne     2b
         dmb     sy"
         ));
+    }
+
+    /// Core 1 writes what is heard in this tick as the frame's sum does (`sound.s`).
+    fn sum(&mut self) {
+        let (name, built) = self.cut.heard(self.tail);
+        let cells = self.tail.channels.iter();
+        let at: Vec<u32> = cells.filter_map(|cell| built.layout.cell(0, *cell)).collect();
+        for (channel, at) in at.iter().enumerate() {
+            let (low, high) = (2 * channel, 2 * channel + 1);
+            self.line(&format!(
+                "        ldr     r{low}, ={name}_state + {at}
+        ldr     r{low}, [r{low}]
+        asrs    r{high}, r{low}, #31"
+            ));
+        }
+        self.line(
+            "        ldr     r7, =core1_seen
+        ldr     r7, [r7]
+        movs    r6, #1
+        ands    r6, r7
+        lsls    r6, r6, #5
+        ldr     r5, =sound0
+        adds    r5, r5, r6",
+        );
+        for word in 0..2 * at.len() {
+            self.line(&format!("        str     r{word}, [r5, #{}]", 4 + 4 * word));
+        }
+        self.line("        str     r7, [r5]");
     }
 
     /// Core 1: parts' ticks are all that it ever does.
     fn helper(&mut self) {
         let early = self.parts(1, |role| role == Role::Early);
-        let members = self.parts(1, |role| role != Role::Early);
+        let members = self.parts(1, is_member);
+        let sound = self.parts(1, |role| role == Role::Sound);
         let [poll, wait] = POLL;
         self.function("core1_start");
         self.line(&format!(
@@ -330,22 +417,18 @@ impl Calls<'_> {
         ));
         self.help(&early);
         if self.cut.has_early() {
-            self.tell("core0_early");
-            self.line(&format!(
-                "        ldr     r0, =core1_led
-        ldr     r1, =core1_seen
-        ldr     r1, [r1]
-        .global {EARLY}
-{EARLY}:
-@! rounds 3
-2:      ldr     r2, [r0]
-        cmp     r2, r1
-        bne     2b
-        dmb     sy"
-            ));
+            self.tell_and_wait("core0_early", "core1_led", EARLY);
         }
         self.help(&members);
-        self.tell("core0_done");
+        match self.cut.has_sound() {
+            true => {
+                self.tell_and_wait("core0_done", "core1_left", DONE);
+                self.help(&sound);
+                self.sum();
+                self.tell("core0_heard");
+            }
+            false => self.tell("core0_done"),
+        }
         self.line(&format!(
             "{FINISHED}:
         b       1b

@@ -1,0 +1,83 @@
+//! What is heard, which core 1 does while core 0 runs the tail.
+
+use whippen_compiler::firmware::{DONE, core_block};
+use whippen_emulator::BoardKind;
+
+use crate::rig::{Image, Rig};
+use crate::{SLOW_HZ, SOUND_HZ, STRINGS, VIOLIN, bow, compiled};
+
+/// The sums of so many ticks, as they are sent; 0 where that of a tick is not there.
+fn sums(image: &Image, changed: &[(u32, [u16; 2])], ticks: usize) -> Vec<u32> {
+    let mut rig = Rig::new(image, changed);
+    let sum = |tick: usize| {
+        rig.play([bow(tick)].into_iter());
+        let number = rig.block(core_block::TICK);
+        let at = image.symbol("sound0") + 32 * (number & 1);
+        match rig.word(at) == number {
+            true => rig.word(at + 4),
+            false => 0,
+        }
+    };
+    (0..ticks).map(sum).collect()
+}
+
+fn with_sound(text: &str, rate_hz: u32) -> Image {
+    let image = Image::of(&compiled(text, rate_hz), BoardKind::Rp2350);
+    assert!(image.built.cut().expect("parts").has_sound());
+    image
+}
+
+/// Without the wait what is heard has words of the tick before: what the wait is for.
+#[test]
+fn a_core_that_does_not_wait_for_what_is_heard_is_noticed() {
+    let image = with_sound(STRINGS, SLOW_HZ);
+    // cmp r2, r1 becomes cmp r1, r1.
+    let fault = (image.symbol(DONE) + 2, [0x428a, 0x4289]);
+    let [waits, does_not] = [vec![], vec![fault]].map(|changed| sums(&image, &changed, 150));
+    assert!(waits.iter().filter(|sum| **sum != 0).count() > 100);
+    assert!(waits != does_not);
+}
+
+/// Core 1 stays where it looks for what core 0's members leave: nothing is heard, no force, and
+/// every tick counts as missed.
+#[test]
+fn a_core_that_is_never_done_with_what_is_heard_is_given_up() {
+    let image = with_sound(STRINGS, SLOW_HZ);
+    // bne becomes a branch to itself.
+    let never = [(image.symbol(DONE) + 4, [0xd1fc, 0xe7fe])];
+    assert!(sums(&image, &never, 60).iter().all(|sum| *sum == 0));
+    let mut rig = Rig::new(&image, &never);
+    let words = rig.play((0..60).map(bow));
+    assert!(words.iter().flatten().all(|word| *word == 0));
+    assert!(rig.block(core_block::MISSED) > 20);
+}
+
+/// Cycles between two looks.
+const LOOK_CYCLES: u64 = 4;
+
+/// Core 1 has written the sum when the bound says so: no frame of core 0 shows that.
+#[test]
+fn what_is_heard_is_there_in_time() {
+    let image = with_sound(VIOLIN, SOUND_HZ);
+    let cut = image.bounded().contended.cut.expect("parts");
+    let most = cut.helped.and_then(|helped| helped.sound_cycles_max());
+    let most = most.expect("core 1 has what is heard");
+    let [turn, heard] = ["core0_turn", "core0_heard"].map(|word| image.symbol(word));
+    let mut rig = Rig::new(&image, &[]);
+    let mut longest = 0;
+    rig.play((0..20).map(bow));
+    for tick in 20..120 {
+        let [given, before] = [turn, heard].map(|word| rig.word(word));
+        if before != given {
+            rig.looks(heard, before, LOOK_CYCLES);
+        }
+        rig.next(bow(tick));
+        rig.looks(turn, given, LOOK_CYCLES);
+        let took = rig.looks(heard, given, LOOK_CYCLES);
+        longest = took.max(longest);
+        // The first look may be so much late.
+        assert!(took <= most + LOOK_CYCLES, "{took}, at most {most}");
+    }
+    println!("{longest}, at most {most}");
+    assert!(longest > most / 2, "{longest}");
+}
