@@ -268,7 +268,9 @@ pub(crate) fn together(
 ) -> Result<Option<InParts>, CompileError> {
     let mut members = in_parts.modes.iter().skip(1).take(cores.len());
     let numbers: BTreeSet<usize> = cores.iter().copied().collect();
-    if (numbers.len() == cores.len() && beside == Beside::default()) || members.any(|modes| modes.modes.len() > 1) {
+    if (numbers.len() == cores.len() && beside == Beside::default())
+        || members.any(|modes| modes.modes.len() > 1)
+    {
         return Ok(None);
     }
     let cores: Vec<u32> = cores.iter().map(|core| *core as u32).collect();

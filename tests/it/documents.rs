@@ -263,11 +263,11 @@ fn the_budget_of_the_split_is_what_its_page_shows() {
     assert_eq!(read(path), now);
 }
 
-/// Pages of what does not fit on a core show what the budget says of it: what is proven, and by how
-/// much it is late.
+/// Pages of instruments of an arm show what the budget says of them: what is proven, and how much
+/// time they take, or by how much they are late.
 #[test]
 fn pages_show_what_the_budget_says() {
-    let shown = ["numbers:", "stability", "motor:", "[WH0701]"];
+    let shown = ["core 0:", "numbers:", "stability", "motor:", "[WH0701]"];
     for name in ["rubbed-bank", "keytar", "bowed-violin"] {
         let path = format!("instruments/{name}.md");
         let page = read(&path);

@@ -59,11 +59,39 @@ const LOOK_CYCLES: u64 = 4;
 #[test]
 fn what_is_heard_is_there_in_time() {
     let image = with_sound(VIOLIN, SOUND_HZ);
+    in_time(&image, sound_cycles_max(&image));
+}
+
+/// A frame takes as long as what is heard, where that takes longer than all the rest.
+#[test]
+fn a_frame_ends_with_what_is_heard() {
+    let heard = "violin_body(1 N^-1 * sum(strings.bridge))";
+    let (before, after) = VIOLIN.split_once(heard).expect("what is heard");
+    let (before, out) = before.rsplit_once('\n').expect("lines");
+    let mut text = format!("{before}\n    let tone0 = {heard}\n");
+    for tone in 1..=40 {
+        text += &format!("    let tone{tone} = sin(tone{})\n", tone - 1);
+    }
+    let image = with_sound(&format!("{text}{out}tone40{after}"), SLOW_HZ);
+    let most = sound_cycles_max(&image);
+    let bound = image.bounded().contended;
+    let (last, longer) = bound.parts.last().expect("parts");
+    println!("{longer} of {} cycles: {last}", bound.cycles_max);
+    assert!(last.contains("heard") && bound.cycles_max > most && *longer > 500);
+    in_time(&image, most);
+}
+
+/// From `go` until core 1 is done with what is heard.
+fn sound_cycles_max(image: &Image) -> u64 {
     let cut = image.bounded().contended.cut.expect("parts");
     let most = cut.helped.and_then(|helped| helped.sound_cycles_max());
-    let most = most.expect("core 1 has what is heard");
+    most.expect("core 1 has what is heard")
+}
+
+/// A board has the sum of each of some ticks so many cycles after `go`.
+fn in_time(image: &Image, most: u64) {
     let [turn, heard] = ["core0_turn", "core0_heard"].map(|word| image.symbol(word));
-    let mut rig = Rig::new(&image, &[]);
+    let mut rig = Rig::new(image, &[]);
     let mut longest = 0;
     rig.play((0..20).map(bow));
     for tick in 20..120 {

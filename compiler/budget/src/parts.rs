@@ -39,8 +39,8 @@ use super::tick::ticks;
 use super::tick_handler::{OnCore, ZoneBound, find};
 use super::{Annotations, Bound, ByContention, Known, NotBounded, bound};
 use whippen_firmware::{
-    Cut, DONE, EARLY, FINISHED, LATE, LED, LEFT, MEET, MEMBERS, POLL, RUNNING, Role, UNMET,
-    WAIT, WENT,
+    Cut, DONE, EARLY, FINISHED, LATE, LED, LEFT, MEET, MEMBERS, POLL, RUNNING, Role, UNMET, WAIT,
+    WENT,
 };
 
 /// Rounds of a loop that looks for the other core's number, once that is there.
@@ -174,7 +174,8 @@ impl Helped {
     fn bounds(&self) -> impl Iterator<Item = &Bound> {
         let legs = self.core0.iter().chain(&self.core1);
         let legs = legs.flat_map(|leg| [&leg.at_once, &leg.late]);
-        legs.chain([&self.start]).chain(self.before.iter().flatten())
+        legs.chain([&self.start])
+            .chain(self.before.iter().flatten())
     }
 }
 
@@ -332,12 +333,17 @@ impl OnCore<'_> {
             false => (vec![], vec![]),
         };
         let on_core0 = [vec![Some(MEMBERS)], led, vec![Some(LEFT), None]].concat();
-        let sound = [Some(DONE)].into_iter().filter(|_| cut.has_sound()).collect();
+        let sound = [Some(DONE)]
+            .into_iter()
+            .filter(|_| cut.has_sound())
+            .collect();
         let on_core1 = [vec![Some(POLL[0])], early, sound, vec![Some(FINISHED)]].concat();
         let crossing = [cut.crossing_early(), cut.crossing_heard()].into_iter();
         let crossing = crossing.filter(|words| *words > 0 || cut.has_early());
         let access_cycles = helper.interference.remote_access_cycles();
-        let visits: Vec<u64> = crossing.map(|words| u64::from(words * access_cycles)).collect();
+        let visits: Vec<u64> = crossing
+            .map(|words| u64::from(words * access_cycles))
+            .collect();
         let helped = Helped {
             start: at(self, MEMBERS, Some(WENT), 1)?,
             core0: legs(self, &on_core0, &[])?,

@@ -48,9 +48,7 @@ pub fn take_sound(kernel: &Kernel, classes: &Classes, roles: [&mut [Role]; 2]) -
         let tied = (0..all.len()).filter(is_free).filter(ties);
         open.extend(tied.filter(|class| sound.insert(*class)));
     }
-    let stays = |class: &usize| {
-        all[*class].leaves || all[*class].senses || live.contains(class)
-    };
+    let stays = |class: &usize| all[*class].leaves || all[*class].senses || live.contains(class);
     if sound.iter().any(stays) {
         return None;
     }

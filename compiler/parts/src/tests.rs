@@ -65,7 +65,9 @@ fn parts_of_random_kernels_do_what_the_whole_does() {
         let count = kernel.tick.insts.len() as u64;
         let wanted: Vec<usize> = (0..8).map(|_| rng.below(count.max(1)) as usize).collect();
         let mut tail = Vec::new();
-        if let Some(parts) = split_around(&kernel, &wanted, |member| member as u32, Beside::default()) {
+        if let Some(parts) =
+            split_around(&kernel, &wanted, |member| member as u32, Beside::default())
+        {
             tail = cells_of_tail(&parts);
             cuts += 1;
             several += u64::from(parts.parts.len() > 3);
@@ -135,7 +137,8 @@ fn what_is_heard_stands_alone(parts: &Parts) {
     assert_eq!(part.role, Role::Sound);
     assert_eq!(part.kernel.channels().len(), 1);
     assert!(parts.lives.iter().all(|live| live.part != heard));
-    let goes = |inst: &whippen_kernel::Inst| matches!(inst.op, Op::In(_) | Op::Out(_) | Op::Emit(_));
+    let goes =
+        |inst: &whippen_kernel::Inst| matches!(inst.op, Op::In(_) | Op::Out(_) | Op::Emit(_));
     assert!(!part.kernel.tick.all_insts().any(goes));
     assert!(parts.wires.iter().all(|wire| wire.from.part < heard));
 }

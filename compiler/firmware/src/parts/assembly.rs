@@ -368,7 +368,9 @@ impl Calls<'_> {
     fn sum(&mut self) {
         let (name, built) = self.cut.heard(self.tail);
         let cells = self.tail.channels.iter();
-        let at: Vec<u32> = cells.filter_map(|cell| built.layout.cell(0, *cell)).collect();
+        let at: Vec<u32> = cells
+            .filter_map(|cell| built.layout.cell(0, *cell))
+            .collect();
         for (channel, at) in at.iter().enumerate() {
             let (low, high) = (2 * channel, 2 * channel + 1);
             self.line(&format!(
