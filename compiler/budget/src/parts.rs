@@ -24,8 +24,8 @@
 //! by itself only after as many rounds as a tick has cycles, each of one cycle at least, and a
 //! bound that long is refused as late.
 //!
-//! Core 0 writes to the memory of core 1 while that does what is early, and, of what is heard, while
-//! that runs members; each word makes one of its accesses wait at most.
+//! Core 0 writes to the memory of core 1 while that does what is early, and, of what is heard,
+//! while that runs members; each word makes one of its accesses wait at most.
 //!
 //! Where core 1 has what is heard, its last leg begins where both are done with their members, and
 //! ends in no place where they meet: core 0 takes the sum at its next tick. So it is in time if it
@@ -186,6 +186,14 @@ impl CutBound {
         own.map(|part| part.code.tick.key_cycles_max()).sum()
     }
 
+    /// What a frame takes longer because core 1 is done with what is heard after core 0 with all
+    /// the rest: that takes so many cycles, and so many before the handler and for visits.
+    pub(super) fn outlasts(&self, around_cycles: u64, rest_cycles: u64) -> Option<(String, u64)> {
+        let helped = self.helped.as_ref()?.handler_cycles_max()?;
+        let longer = (around_cycles + helped).checked_sub(rest_cycles)?;
+        (longer > 0).then(|| ("core 1, with what is heard".to_string(), longer))
+    }
+
     /// As sure as the least sure.
     pub fn class(&self) -> whippen_isa::timing::Evidence {
         let ticks = self.parts.iter().map(|part| part.code.tick.class());
@@ -208,6 +216,41 @@ fn known_on(of: &OnCore, parts: &[PartBound], core: usize) -> Result<KnownCalls,
         Ok(((None, entry), known))
     };
     own.map(known).collect()
+}
+
+/// The loops in which the cores wait.
+fn waits(cut: &Cut) -> impl Iterator<Item = &'static str> {
+    let early = [MEET, EARLY].into_iter().filter(|_| cut.has_early());
+    let sound = [DONE].into_iter().filter(|_| cut.has_sound());
+    [WAIT, POLL[1]].into_iter().chain(early).chain(sound)
+}
+
+/// Where the legs of each core begin and end.
+fn meeting_places(cut: &Cut) -> [Vec<Option<&'static str>>; 2] {
+    let (led, early) = match cut.has_early() {
+        true => (Some(LED), Some(EARLY)),
+        false => (None, None),
+    };
+    let sound = cut.has_sound().then_some(DONE);
+    let core0 = [Some(MEMBERS), led, Some(LEFT)];
+    let core1 = [Some(POLL[0]), early, sound, Some(FINISHED)];
+    let there = |places: &[Option<&'static str>]| -> Vec<Option<&'static str>> {
+        places
+            .iter()
+            .filter(|place| place.is_some())
+            .copied()
+            .collect()
+    };
+    let (mut core0, core1) = (there(&core0), there(&core1));
+    // The last leg ends with the function.
+    core0.push(None);
+    [core0, core1]
+}
+
+/// Words that core 0 writes to the memory of core 1 in its legs.
+fn crossing(cut: &Cut) -> impl Iterator<Item = u32> {
+    let early = cut.has_early().then(|| cut.crossing_early());
+    early.into_iter().chain([cut.crossing_heard()])
 }
 
 impl OnCore<'_> {
@@ -309,9 +352,7 @@ impl OnCore<'_> {
                 stops,
                 ..of.program.annotations.clone()
             };
-            let early = [MEET, EARLY].into_iter().filter(|_| cut.has_early());
-            let sound = [DONE].into_iter().filter(|_| cut.has_sound());
-            for head in [WAIT, POLL[1]].into_iter().chain(early).chain(sound) {
+            for head in waits(cut) {
                 annotations.loops.insert(place(head)?, rounds);
             }
             bound(&of.query(place(entry)?, &annotations))
@@ -328,22 +369,10 @@ impl OnCore<'_> {
             };
             ends.map(leg).collect::<Result<Vec<Leg>, NotBounded>>()
         };
-        let (led, early) = match cut.has_early() {
-            true => (vec![Some(LED)], vec![Some(EARLY)]),
-            false => (vec![], vec![]),
-        };
-        let on_core0 = [vec![Some(MEMBERS)], led, vec![Some(LEFT), None]].concat();
-        let sound = [Some(DONE)]
-            .into_iter()
-            .filter(|_| cut.has_sound())
-            .collect();
-        let on_core1 = [vec![Some(POLL[0])], early, sound, vec![Some(FINISHED)]].concat();
-        let crossing = [cut.crossing_early(), cut.crossing_heard()].into_iter();
-        let crossing = crossing.filter(|words| *words > 0 || cut.has_early());
+        let [on_core0, on_core1] = meeting_places(cut);
         let access_cycles = helper.interference.remote_access_cycles();
-        let visits: Vec<u64> = crossing
-            .map(|words| u64::from(words * access_cycles))
-            .collect();
+        let visits = crossing(cut).map(|words| u64::from(words * access_cycles));
+        let visits: Vec<u64> = visits.collect();
         let helped = Helped {
             start: at(self, MEMBERS, Some(WENT), 1)?,
             core0: legs(self, &on_core0, &[])?,

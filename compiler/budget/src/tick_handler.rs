@@ -237,7 +237,9 @@ impl<'a> OnCore<'a> {
             + cut.as_ref().map_or(0, CutBound::own_cycles_max);
         let of_handler = calls.parts(self.program, &handled.path, keys_cycles);
         let mut parts = self.list_parts(&around, of_handler);
-        parts.extend(self.outlasting(&around, &parts, keys_cycles, cut.as_ref()));
+        let own = keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>();
+        let before = around.idle.cycles_max + self.enter_cycles(&around) + self.visits_cycles();
+        parts.extend(cut.as_ref().and_then(|cut| cut.outlasts(before, own)));
         let waiting = self.list_waiting(&around, &handled, &zones, cut.as_ref(), &costs);
         let stack_bytes_max = around.idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
         self.has_stack_room(self.stack()?.0, stack_bytes_max)?;
@@ -297,40 +299,18 @@ impl<'a> OnCore<'a> {
 
     /// What the cycles around the keys are for, in the order of time.
     fn list_parts(&self, around: &Around, of_handler: Vec<(String, u64)>) -> Vec<(String, u64)> {
-        let exceptions = &self.core.exceptions;
         let saved = u64::from(around.stacking.times(SAVED_WORDS).cycles());
-        let enter = self.enter_cycles(around);
-        let leave = u64::from(exceptions.exit.cycles) + saved;
+        let leave = u64::from(self.core.exceptions.exit.cycles) + saved;
+        let named = |name: &str, cycles| (name.to_string(), cycles);
         let mut parts = vec![
-            (
-                "the instruction in progress".to_string(),
-                around.idle.cycles_max,
-            ),
-            ("entry of the interrupt".to_string(), enter),
+            named("the instruction in progress", around.idle.cycles_max),
+            named("entry of the interrupt", self.enter_cycles(around)),
         ];
         parts.extend(of_handler);
-        parts.push(("return from the interrupt".to_string(), leave));
+        parts.push(named("return from the interrupt", leave));
         let visits = self.visits_cycles();
-        if visits > 0 {
-            parts.push((WaitCause::Visits.to_string(), visits));
-        }
+        parts.extend((visits > 0).then(|| (WaitCause::Visits.to_string(), visits)));
         parts
-    }
-
-    /// What a frame takes longer because core 1 is done with what is heard after core 0 with all
-    /// the rest.
-    fn outlasting(
-        &self,
-        around: &Around,
-        parts: &[(String, u64)],
-        keys_cycles: u64,
-        cut: Option<&CutBound>,
-    ) -> Option<(String, u64)> {
-        let helped = cut?.helped.as_ref()?.handler_cycles_max()?;
-        let last = around.idle.cycles_max + self.enter_cycles(around) + helped;
-        let own = keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>();
-        let longer = (last + self.visits_cycles()).checked_sub(own)?;
-        (longer > 0).then(|| ("core 1, with what is heard".to_string(), longer))
     }
 
     /// What the interrupt takes before the handler.
