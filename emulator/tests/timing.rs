@@ -5,6 +5,8 @@
 //! blocks and step by step.
 
 use whippen_emulator::{Board, CoreKind, Machine, Observer, Region, Register, Step, Stop};
+use whippen_isa::Arch;
+use whippen_isa::timing::rules;
 
 /// A program of a text: its code, the registers it starts with and the count on paper.
 struct Program {
@@ -214,27 +216,15 @@ fn micro_programs(kind: CoreKind, text: &str, at_least: usize) {
 
 #[test]
 fn micro_programs_of_cortex_m33() {
-    micro_programs(
-        CoreKind::CortexM33,
-        include_str!("../../isa/tests/timing/rules-m33.txt"),
-        80,
-    );
+    micro_programs(CoreKind::CortexM33, rules(Arch::V8M), 80);
 }
 
 #[test]
 fn micro_programs_of_cortex_m4() {
-    micro_programs(
-        CoreKind::CortexM4,
-        include_str!("../../isa/tests/timing/rules-m4.txt"),
-        20,
-    );
+    micro_programs(CoreKind::CortexM4, rules(Arch::V7EM), 20);
 }
 
 #[test]
 fn micro_programs_of_cortex_m0plus() {
-    micro_programs(
-        CoreKind::CortexM0Plus,
-        include_str!("../../isa/tests/timing/rules-m0plus.txt"),
-        5,
-    );
+    micro_programs(CoreKind::CortexM0Plus, rules(Arch::V6M), 5);
 }

@@ -36,6 +36,9 @@
 //! after it then costs one less. The sum is the manual's, in which the NOP is the one that costs
 //! nothing.
 //!
+//! [`programs`] reads the little programs, with a count on paper, by which every number of a table
+//! is tested; a self-test runs them on a chip.
+//!
 //! # What is not here
 //!
 //! Waiting for memory: it depends on the device and on who else uses it, and arrives as
@@ -47,6 +50,7 @@ mod facts;
 mod issue;
 mod outcome;
 mod pipe;
+mod program;
 mod sources;
 mod timed;
 
@@ -56,4 +60,5 @@ pub use facts::{
 };
 pub use outcome::{Outcome, Target};
 pub use pipe::Pipe;
+pub use program::{APSR, CODE, DATA, Program, Run, programs, rules};
 pub use timed::Timed;

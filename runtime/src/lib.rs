@@ -45,6 +45,7 @@ pub mod record;
 pub mod report;
 pub mod resting;
 pub mod ringing;
+pub mod self_test;
 pub mod session;
 pub mod sound;
 pub mod spectrogram;

@@ -2,6 +2,7 @@
 
 mod files;
 mod project;
+mod self_test;
 mod tick_bound;
 
 use std::path::PathBuf;
@@ -19,7 +20,8 @@ use files::Output;
     after_help = "Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 58 -o piano.uf2\n\
                   Example: whippen build instruments/grand-piano.whip --board rp2350 --keys 29 -o piano.o\n\
                   Example: whippen build instruments/grand-piano.whip -o piano.c\n\
-                  Example: whippen build instruments/grand-piano.whip --keys 88 -o piano.wasm"
+                  Example: whippen build instruments/grand-piano.whip --keys 88 -o piano.wasm\n\
+                  Example: whippen build instruments/grand-piano.whip --board rp2350 --self-test -o test.uf2"
 )]
 pub struct Args {
     #[command(flatten)]
@@ -32,6 +34,10 @@ pub struct Args {
     /// it)
     #[arg(long)]
     unproven: bool,
+    /// Write an image that tests the core instead: it counts the cycles of little programs, and of
+    /// ticks of the instrument's key, and tells them beside what is expected
+    #[arg(long, conflicts_with = "unproven")]
+    self_test: bool,
     /// Also write where everything lies and how large it is
     #[arg(long, value_name = "FILE.map", value_hint = ValueHint::FilePath)]
     map: Option<PathBuf>,
@@ -49,7 +55,7 @@ pub fn run(args: &Args) -> Outcome {
         .writes("--map", &args.map, &["map", "txt"])
         .writes("--listing", &args.listing, &["lst", "txt"])
         .check()?;
-    let setup = if args.output.is_image() {
+    let setup = if args.output.is_image() && !args.self_test {
         args.setup.all_programs(&opened)?
     } else {
         args.setup.one_program(&opened)?

@@ -10,6 +10,7 @@ mod origins;
 mod program;
 mod proven;
 mod relocatable;
+mod self_test;
 mod tools;
 mod unwind;
 mod zones;

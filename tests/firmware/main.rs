@@ -11,6 +11,7 @@ mod play;
 mod rig;
 mod ring;
 mod safety;
+mod self_test;
 mod silicon;
 mod sound;
 mod switch;

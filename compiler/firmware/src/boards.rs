@@ -44,7 +44,7 @@ const CONVERTER: Source<'static> = Source {
 };
 
 /// How it is started.
-const CONVERTER_START: Source<'static> = Source {
+pub(super) const CONVERTER_START: Source<'static> = Source {
     name: "firmware/converter_start.s",
     text: include_str!("converter_start.s"),
 };
@@ -56,7 +56,7 @@ const KNOB: Source<'static> = Source {
 };
 
 /// How its parts are started, and its motor found.
-const KNOB_START: Source<'static> = Source {
+pub(super) const KNOB_START: Source<'static> = Source {
     name: "firmware/knob_start.s",
     text: include_str!("knob_start.s"),
 };
@@ -254,6 +254,12 @@ const CORE1: Source<'static> = Source {
     text: include_str!("core1.s"),
 };
 
+/// Contents of RAM, at the start.
+pub(super) const FILL: Source<'static> = Source {
+    name: "firmware/fill.s",
+    text: include_str!("fill.s"),
+};
+
 const SHARED: &[Source<'static>] = &[
     Source {
         name: "firmware/vectors.s",
@@ -263,6 +269,7 @@ const SHARED: &[Source<'static>] = &[
         name: "firmware/boot.s",
         text: include_str!("boot.s"),
     },
+    FILL,
     Source {
         name: "firmware/cores.s",
         text: include_str!("cores.s"),

@@ -29,6 +29,7 @@ mod offsets;
 mod parts;
 mod ports;
 mod running;
+mod self_test;
 mod sound;
 mod tables;
 mod tuning;
@@ -51,6 +52,7 @@ pub use parts::{
 };
 pub use ports::{GuardedDrive, GuardedPort};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
+pub use self_test::{SelfTest, SelfTestError, self_test_block};
 pub use sound::{mute_name, sound_table_name};
 pub use tuning::{CURVE_PIECES, SensorTuning, TunedSensor, Watched};
 pub use whippen_parts::Role;

@@ -2,11 +2,14 @@
 
 mod golden;
 mod mutation;
-mod program;
 mod random;
 
-use program::{Program, parse};
-use whippen_isa::timing::{Core, Rules};
+use whippen_isa::Arch;
+use whippen_isa::timing::{Core, Program, Rules, programs, rules};
+
+fn parse(text: &str, core: &Core) -> Vec<Program> {
+    programs(text, core).unwrap_or_else(|error| panic!("{error}"))
+}
 
 /// The programs of a file, and how they come out on `core`.
 fn check(core: &Core, text: &str) {
@@ -33,7 +36,7 @@ fn difference(core: &Core, program: &Program) -> Option<String> {
 }
 
 const PUBLISHED_M33: &str = include_str!("published-m33.txt");
-const RULES_M33: &str = include_str!("rules-m33.txt");
+const RULES_M33: &str = rules(Arch::V8M);
 
 #[test]
 fn published_cortex_m33() {
@@ -72,8 +75,24 @@ fn no_survivors(core: &Core, texts: &[&str]) {
     );
 }
 
-const RULES_M0PLUS: &str = include_str!("rules-m0plus.txt");
-const RULES_M4: &str = include_str!("rules-m4.txt");
+/// Numbers that no program shows which a core can execute alone, so that no self-test asks a chip
+/// for them. `WHIPPEN_BLESS=1` writes the list instead.
+#[test]
+fn numbers_that_no_chip_is_asked_for() {
+    let mut list = String::new();
+    for core in [Core::cortex_m33(), Core::cortex_m4(), Core::cortex_m0plus()] {
+        let alone = parse(rules(core.arch), &core).into_iter();
+        let alone: Vec<Program> = alone.filter(|program| program.apart.is_none()).collect();
+        list += &format!("{}\n", core.name);
+        for unasked in mutation::survivors(&core, &alone) {
+            list += &format!("  {unasked}\n");
+        }
+    }
+    same_as_kept("unasked.txt", &list);
+}
+
+const RULES_M0PLUS: &str = rules(Arch::V6M);
+const RULES_M4: &str = rules(Arch::V7EM);
 
 #[test]
 fn rules_cortex_m0plus() {
@@ -104,19 +123,21 @@ fn every_number_of_cortex_m4_matters() {
 /// `WHIPPEN_BLESS=1` writes the table instead.
 #[test]
 fn cycles_of_every_instruction() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/timing/cycles.txt");
-    let table = golden::table();
+    same_as_kept("cycles.txt", &golden::table());
+}
+
+/// That a kept file beside this one has that text, or it is written.
+fn same_as_kept(name: &str, text: &str) {
+    let path = format!("{}/tests/timing/{name}", env!("CARGO_MANIFEST_DIR"));
     if std::env::var_os("WHIPPEN_BLESS").is_some() {
-        std::fs::write(path, &table).expect("writable");
+        std::fs::write(&path, text).expect("writable");
     }
-    let kept = std::fs::read_to_string(path).unwrap_or_default();
-    let differ = table
-        .lines()
-        .zip(kept.lines())
-        .find(|(new, old)| new != old);
+    let kept = std::fs::read_to_string(&path).unwrap_or_default();
+    let mut both = text.lines().zip(kept.lines());
+    let differ = both.find(|(new, old)| new != old);
     assert!(
-        kept == table,
-        "isa/tests/timing/cycles.txt is out of date (WHIPPEN_BLESS=1): {differ:?}"
+        kept == text,
+        "isa/tests/timing/{name} is out of date (WHIPPEN_BLESS=1): {differ:?}"
     );
 }
 

@@ -63,6 +63,18 @@ impl Output {
         matches!(self.kind, Kind::Elf | Kind::Uf2)
     }
 
+    /// The family of the bootloader that takes it, of a .uf2.
+    pub(super) fn family(&self, board: &Board) -> Result<Option<u32>, Failure> {
+        match (self.kind, board.uf2_family) {
+            (Kind::Uf2, None) => Err(Failure::Usage(format!(
+                "`{}` has no `uf2_family`, so no bootloader takes a .uf2: make a .elf",
+                board.name
+            ))),
+            (Kind::Uf2, family) => Ok(family),
+            _ => Ok(None),
+        }
+    }
+
     /// It, and what is written beside it.
     pub fn files(&self) -> Vec<PathBuf> {
         let beside: &[&str] = match self.kind {
@@ -76,6 +88,9 @@ impl Output {
 
 impl Files<'_> {
     fn write(&self, args: &Args) -> Outcome {
+        if args.self_test {
+            return self.write_self_test(args);
+        }
         if !args.output.is_image() {
             self.setup.check_reads_raw()?;
         }
@@ -121,17 +136,7 @@ impl Files<'_> {
     fn write_image(&self, args: &Args) -> Outcome {
         let setup = self.setup;
         setup.check_supported()?;
-        let family = match (args.output.kind, setup.board.uf2_family) {
-            (Kind::Uf2, None) => {
-                let why = format!(
-                    "`{}` has no `uf2_family`, so no bootloader takes a .uf2: make a .elf",
-                    setup.board.name
-                );
-                return Err(Failure::Usage(why));
-            }
-            (Kind::Uf2, family) => family,
-            _ => None,
-        };
+        let family = args.output.family(&setup.board)?;
         let instruments = setup.image_instruments()?;
         let built = setup.build(&instruments)?;
         let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());

@@ -181,6 +181,7 @@ fn complaint(image: &Image, task: &Task, end: &End) -> Option<(String, Option<St
     let pc = image.machine.cpu(0).get(Register::PC);
     let (message, address) = match &end.stop {
         _ if end.over => return None,
+        Stop::Asleep if end.differ.is_some() => return None,
         Stop::Returned { .. } | Stop::Exit { .. } => return None,
         Stop::Fault(fault) => {
             let named = image

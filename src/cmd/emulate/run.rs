@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use whippen_compiler::firmware::self_test_block;
 use whippen_emulator::elf::{Elf, SourceLines};
 use whippen_emulator::{Converter, Machine, Ports, Start, Stop};
 use whippen_runtime::files::write_whole;
@@ -50,6 +51,8 @@ pub struct End {
     pub stop: Stop,
     /// Whether it ended because the converter's samples were over.
     pub over: bool,
+    /// Of a self-test that came to its end: how many of its counts differ.
+    pub differ: Option<u32>,
     /// Ticks that came before the program had served the one before.
     pub overruns: u32,
     /// Cycles of the function, or of the first core since reset.
@@ -65,8 +68,9 @@ pub struct End {
 impl End {
     /// The function returned, the program said that all is well, or it served all samples in time.
     pub fn succeeded(&self) -> bool {
+        let said = self.over || self.differ == Some(0);
         self.overruns == 0
-            && (self.over || matches!(self.stop, Stop::Returned { .. } | Stop::Exit { code: 0 }))
+            && (said || matches!(self.stop, Stop::Returned { .. } | Stop::Exit { code: 0 }))
     }
 }
 
@@ -279,6 +283,7 @@ pub fn to_the_end(
     let over = stop == Stop::Limit && converter.is_some_and(|c| c.words_given() > 0 && c.is_over());
     let overruns = converter.map_or(0, Converter::overruns);
     Ok(End {
+        differ: differ(elf, machine),
         stop,
         over,
         overruns,
@@ -287,6 +292,19 @@ pub fn to_the_end(
         output,
         profile,
     })
+}
+
+/// What a self-test has found, once it is at its end.
+fn differ(elf: &Elf, machine: &Machine) -> Option<u32> {
+    let block = elf.symbols.named("self_test").ok()?.address;
+    let word = |at: u32| {
+        let mut bytes = [0; 4];
+        machine.bus.memory.read(block + at, &mut bytes).ok()?;
+        Some(u32::from_le_bytes(bytes))
+    };
+    let is_done = word(0)? == u32::from_le_bytes(*b"WHST") && word(self_test_block::STATE)? == 1;
+    let differ = word(self_test_block::DIFFER)? + word(self_test_block::TICKS_DIFFER)?;
+    is_done.then_some(differ)
 }
 
 /// A run under way.
