@@ -351,7 +351,7 @@ impl<'a, 'k> Benefits<'a, 'k> {
 /// choice used. What falls so often counts as often, which chose better than once did for the
 /// bundled instruments; nested choices would double it each time, so that a limit ends it.
 fn unused(graph: &Graph, uses: &mut IdMap<NodeId, u32>, gone: &mut Vec<NodeId>) -> (u32, u64) {
-    let (mut at, mut cycles, mut visits) = (0, 0_u32, 0);
+    let (mut at, mut cycles, mut visits) = (0, 0_u32, 0_u64);
     while let Some(id) = gone.get(at).copied() {
         visits += 1;
         let falls_again = uses[id] == 0;
@@ -361,11 +361,47 @@ fn unused(graph: &Graph, uses: &mut IdMap<NodeId, u32>, gone: &mut Vec<NodeId>) 
             at += 1;
             uses[id] -= 1;
         }
-        if uses[id] == 0 && (!falls_again || gone.len() < tuning::FALLEN) {
+        if uses[id] == 0 && (!falls_again || visits < tuning::FALLEN) {
             cycles = cycles.saturating_add(graph.cycles(id));
             gone.extend_from_slice(graph.args(id));
         }
     }
     gone.iter().for_each(|id| uses[id] += 1);
     (cycles, visits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use whippen_kernel::Kernel;
+
+    /// Choices in the sides of choices, all decided by one comparison: each falls as what the one
+    /// around it used and as a side of its own, and so does all that it holds.
+    #[test]
+    fn nested_choices_are_visited_a_bounded_number_of_times() {
+        let kernel = Kernel::default();
+        let mut graph = Graph::new(&kernel);
+        let condition = graph.constant_node(Type::I1, 1);
+        let mut choice = graph.constant_node(Type::I32, 0);
+        let (mut sides, mut roots) = (Vec::new(), Vec::new());
+        for at in 1..=60 {
+            sides.push(choice);
+            let other = graph.constant_node(Type::I32, at);
+            let args = [condition, other, choice];
+            choice = graph.node(Kind::Op(Op::Select), Type::I32, &args);
+            roots.push(choice);
+        }
+        let mut uses: IdMap<NodeId, u32> = IdMap::new();
+        uses.resize(graph.len(), 0);
+        for id in &roots {
+            graph.args(*id).iter().for_each(|arg| uses[arg] += 1);
+        }
+        uses[choice] += 1;
+        let before = uses.clone();
+        let mut gone = sides;
+        let (cycles, visits) = unused(&graph, &mut uses, &mut gone);
+        assert!(cycles > 0);
+        assert!(visits < 1000, "{visits} nodes");
+        assert_eq!(uses, before, "every use is given back");
+    }
 }

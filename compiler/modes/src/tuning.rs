@@ -10,9 +10,9 @@ pub(crate) const BRANCH_THRESHOLD: u32 = 2;
 /// Cycles that a condition must be estimated to save on its better side to be tried out.
 pub(crate) const TRIAL_THRESHOLD: u32 = 1;
 
-/// Nodes that fall with a decision, behind which what falls under several nested choices counts
-/// once.
-pub(crate) const FALLEN: usize = 5000;
+/// Nodes that are visited to find what falls with a decision, behind which what falls under several
+/// nested choices counts once.
+pub(crate) const FALLEN: u64 = 100;
 
 /// Decisions on one path; what goes down a tree needs stack.
 pub(crate) const DECISIONS_DEEP: usize = 100;
