@@ -2,24 +2,31 @@
 //!
 //! ```text
 //!   stdin -- wire --> server -- world (open documents, files beside them) -- analysis (one program, one index)
-//!                       |                                                        |
-//!   stdout <------------+-- diagnostics, hover, navigate, complete, signature ---+
+//!                       |  |                                                     |
+//!   stdout <------------+--|-- diagnostics, hover, navigate, complete, signature, tokens, inline
+//!                          |                                                     |
+//!                          +-- prover (its own thread) -- cost (the proof of `whippen budget`)
 //! ```
 //!
 //! A program is small and a full check takes milliseconds, so nothing is kept up to date by parts:
 //! after a change every open document is analysed anew, once the editor has nothing further to say.
+//! Only the proof of cycles takes longer: it is made beside, and then the editor is told.
 //!
 //! Not here: what the compiler knows (`whippen_compiler`), the protocol's types (`lsp-types`).
 
 mod actions;
 mod analysis;
 mod complete;
+mod cost;
 mod diagnostics;
 mod hover;
+mod inline;
 mod navigate;
+mod prover;
 mod server;
 mod signature;
 mod text;
+mod tokens;
 pub mod uri;
 mod wire;
 mod words;
@@ -32,29 +39,46 @@ use std::thread;
 use lsp_server::Message;
 
 use crate::exit::{Failure, Outcome};
+use prover::Proven;
 use server::{Next, Server};
+
+/// What the server hears of.
+enum Heard {
+    /// A message of the editor, or why it is none.
+    Editor(Result<Message, String>),
+    /// The end of what the editor says.
+    HungUp,
+    /// A proof that was asked for.
+    Proven(Proven),
+}
 
 /// Serves one editor over stdin and stdout until it says `exit` or hangs up.
 pub fn serve() -> Outcome {
     let (sender, receiver) = mpsc::channel();
+    let proofs = sender.clone();
+    let mut server = Server::new(prover::start(move |proven| {
+        proofs.send(Heard::Proven(proven)).is_ok()
+    }));
     thread::spawn(move || {
         let mut input = BufReader::new(io::stdin());
         while let Some(message) = wire::read(&mut input) {
-            if sender.send(message).is_err() {
-                break;
+            if sender.send(Heard::Editor(message)).is_err() {
+                return;
             }
         }
+        let _ = sender.send(Heard::HungUp);
     });
-    let mut server = Server::default();
     let mut waiting = receiver.recv().ok();
-    while let Some(message) = waiting {
-        match message {
-            Ok(message) => match server.handle(message) {
+    while let Some(heard) = waiting {
+        match heard {
+            Heard::Editor(Ok(message)) => match server.handle(message) {
                 Next::Go => {}
                 Next::Exit(true) => return Ok(()),
                 Next::Exit(false) => return Err(Failure::Program),
             },
-            Err(why) => server.complain(&why),
+            Heard::Editor(Err(why)) => server.complain(&why),
+            Heard::HungUp => break,
+            Heard::Proven(proven) => server.proven(proven),
         }
         // What was typed meanwhile comes first: diagnostics are for the last state.
         waiting = match receiver.try_recv() {

@@ -6,8 +6,10 @@ const { LanguageClient } = require("vscode-languageclient/node");
 let client;
 
 async function start() {
-    const command = workspace.getConfiguration("whippen").get("path", "whippen");
+    const settings = workspace.getConfiguration("whippen");
+    const command = settings.get("path", "whippen");
     const options = {
+        initializationOptions: { board: settings.get("board", "") },
         documentSelector: [{ language: "whip" }],
         synchronize: { fileEvents: workspace.createFileSystemWatcher("**/*.whip") },
     };
@@ -33,7 +35,7 @@ exports.activate = async (context) => {
     context.subscriptions.push(commands.registerCommand("whippen.restart", restart));
     context.subscriptions.push(
         workspace.onDidChangeConfiguration((change) => {
-            if (change.affectsConfiguration("whippen.path")) {
+            if (change.affectsConfiguration("whippen")) {
                 restart();
             }
         }),

@@ -61,7 +61,7 @@ fn kind_of(board: &Board) -> BoardKind {
 /// Sensor words: three strokes over the whole range, each faster than the one before, then leaps.
 fn motion() -> Vec<u16> {
     let stroke = |tick: u32| {
-        let period = STROKES / 3 >> (tick * 3 / STROKES);
+        let period = (STROKES / 3) >> (tick * 3 / STROKES);
         let at = tick % period * 2;
         let up = at.min(2 * period - at);
         (up * 65_535 / period) as u16

@@ -1,5 +1,7 @@
 //! The emulated board of `run`: which it is, how many keys it has, and the proof of its image.
 
+use std::ffi::OsStr;
+
 use whippen_compiler::check::Program;
 use whippen_compiler::keyboard::Layout;
 use whippen_compiler::model::Model;
@@ -11,7 +13,7 @@ use whippen_runtime::engine::EngineKind;
 
 use super::option;
 use super::proof;
-use super::setup::{FIRST_NOTE, ImageSetup};
+use super::setup::{FIRST_NOTE, ImageSetup, find_board};
 use crate::exit::Outcome;
 
 #[derive(Debug, clap::Args)]
@@ -94,7 +96,8 @@ impl BoardArgs {
         device: &Device,
         kind: BoardKind,
     ) -> Outcome {
-        let setup = ImageSetup::of_board(map, models, layout, device, kind)?;
+        let board = find_board(Some(OsStr::new(kind.name())), None)?;
+        let setup = ImageSetup::of_board(map, models, layout, device, board)?;
         let instruments = setup.image_instruments()?;
         let image = setup.build(&instruments)?;
         proof::check(&setup, &instruments, image, self.unproven).map(drop)

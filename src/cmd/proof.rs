@@ -74,7 +74,7 @@ impl<'a> ImageProof<'a> {
     }
 
     /// Bounds the image of so many keys, while it plays each of its programs.
-    fn find(
+    pub fn find(
         setup: &'a ImageSetup,
         instruments: &[ImageInstrument],
         keys: u32,

@@ -18,7 +18,6 @@ use whippen_compiler::pipeline::{self, BuildError, Compiled, unobserved};
 use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::thumb::ThumbError;
-use whippen_emulator::BoardKind;
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{self, ImageInstrument};
@@ -245,7 +244,7 @@ pub fn symbol_prefix(compiled: &Compiled) -> String {
 }
 
 impl ImageSetup {
-    /// What an emulated board plays: the first program of a layout.
+    /// What a board plays: the programs of a layout.
     ///
     /// # Errors
     /// What is wrong with an instrument, which is printed.
@@ -254,7 +253,7 @@ impl ImageSetup {
         models: &[&Model],
         layout: Layout,
         device: &Device,
-        kind: BoardKind,
+        board: Board,
     ) -> Result<ImageSetup, Failure> {
         let compile = |&model: &&Model| {
             let compiled = pipeline::compile(model.clone(), device.scales(), false);
@@ -266,7 +265,7 @@ impl ImageSetup {
             keys: layout.keys,
             layout,
             device: device.clone(),
-            board: find_board(Some(OsStr::new(kind.name())), None)?,
+            board,
             tuning: None,
             mode_instructions: INSTRUCTIONS,
         })

@@ -1,7 +1,9 @@
 //! Requests and notifications: what each asks for and who answers.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::Sender;
 
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::*;
@@ -10,8 +12,10 @@ use whippen_compiler::diag;
 use whippen_compiler::syntax::layout;
 
 use super::analysis::{Analysis, Numbers};
+use super::cost::Cost;
+use super::prover::{Job, Proven};
 use super::world::{Document, World};
-use super::{actions, complete, diagnostics, hover, navigate, signature, text};
+use super::{actions, complete, diagnostics, hover, inline, navigate, signature, text, tokens};
 
 /// Whether there is anything further to do.
 #[derive(Debug, PartialEq, Eq)]
@@ -25,9 +29,9 @@ pub enum Next {
 type Refusal = (ErrorCode, String);
 
 /// What one editor has said so far.
-#[derive(Default)]
 pub struct Server {
     world: World,
+    costs: Costs,
     /// Of open documents, as far as they are needed since the last change.
     analyses: BTreeMap<String, Analysis>,
     numbers: BTreeMap<String, Numbers>,
@@ -41,7 +45,46 @@ pub struct Server {
     out: Vec<Message>,
 }
 
+/// What is known of costs, where the editor shows them.
+struct Costs {
+    prover: Sender<Job>,
+    /// Of documents as they are, as far as they are proven.
+    known: BTreeMap<String, Cost>,
+    /// Counts the changes of documents.
+    state: u64,
+    /// The board where no keyboard names one.
+    board: OsString,
+    is_wanted: bool,
+    /// What the editor is asked to do when a proof is there.
+    refreshes: Vec<&'static str>,
+    /// Requests to the editor so far.
+    requests: i32,
+}
+
 impl Server {
+    /// A server that has its costs proven there.
+    pub fn new(prover: Sender<Job>) -> Server {
+        Server {
+            world: World::default(),
+            costs: Costs {
+                prover,
+                known: BTreeMap::new(),
+                state: 0,
+                board: OsString::from("rp2350"),
+                is_wanted: false,
+                refreshes: Vec::new(),
+                requests: 0,
+            },
+            analyses: BTreeMap::new(),
+            numbers: BTreeMap::new(),
+            rings: BTreeMap::new(),
+            stale: BTreeSet::new(),
+            initialized: false,
+            shut_down: false,
+            out: Vec::new(),
+        }
+    }
+
     /// What is to be sent.
     pub fn take(&mut self) -> Vec<Message> {
         std::mem::take(&mut self.out)
@@ -107,6 +150,7 @@ impl Server {
         match request.method.as_str() {
             "initialize" => {
                 self.initialized = true;
+                self.costs.read_wishes(&request.params);
                 return Ok(json!({
                     "capabilities": capabilities(),
                     "serverInfo": { "name": "whippen", "version": env!("CARGO_PKG_VERSION") },
@@ -138,7 +182,8 @@ impl Server {
         if !self.world.open.contains_key(&uri) {
             return Err((ErrorCode::InvalidParams, format!("`{uri}` is not open")));
         }
-        let analysis = self.analysis(&uri);
+        self.analysis(&uri);
+        let (analysis, cost) = (&self.analyses[&uri], self.costs.known.get(&uri));
         let place = |params: &Value| -> Result<Position, Refusal> { read(params.get("position")) };
         Ok(match request.method.as_str() {
             "textDocument/hover" => json!(hover::hover(analysis, place(params)?)),
@@ -175,6 +220,16 @@ impl Server {
             "textDocument/codeAction" => {
                 json!(actions::actions(analysis, read(params.get("range"))?))
             }
+            "textDocument/codeLens" => {
+                json!(cost.map_or_else(Vec::new, |cost| inline::lenses(analysis, cost)))
+            }
+            "textDocument/inlayHint" => {
+                json!(inline::hints(analysis, cost, read(params.get("range"))?))
+            }
+            "textDocument/semanticTokens/full" => json!(SemanticTokens {
+                result_id: None,
+                data: tokens::tokens(analysis),
+            }),
             "textDocument/formatting" => json!(formatting(analysis.text(0))),
             other => return Err((ErrorCode::MethodNotFound, format!("`{other}` is not known"))),
         })
@@ -258,6 +313,8 @@ impl Server {
     /// Every open document may use what has changed.
     fn changed(&mut self) {
         self.analyses.clear();
+        self.costs.known.clear();
+        self.costs.state += 1;
         self.stale = self.world.open.keys().cloned().collect();
     }
 
@@ -275,6 +332,78 @@ impl Server {
                 ),
                 Err(_) => self.complain(&format!("a defect in Whippen: the analysis of `{uri}`")),
             }
+            if self.costs.is_wanted {
+                self.ask_cost(uri);
+            }
+        }
+    }
+
+    /// Has the cost of a program proven that is right.
+    fn ask_cost(&self, uri: String) {
+        let known = self.analyses.get(&uri);
+        let is_right = |analysis: &Analysis| {
+            let mut all = analysis.diagnostics.iter();
+            all.all(|found| found.code.severity() != diag::Severity::Error)
+        };
+        if known.is_some_and(is_right) {
+            // Where the prover is gone there are no costs.
+            let _ = self.costs.prover.send(Job {
+                program: self.world.program(&uri),
+                uri,
+                state: self.costs.state,
+                board: self.costs.board.clone(),
+            });
+        }
+    }
+
+    /// Takes over what was proven, unless something was typed meanwhile.
+    pub fn proven(&mut self, proven: Proven) {
+        if proven.state != self.costs.state {
+            return;
+        }
+        match proven.cost {
+            Ok(cost) => drop(self.costs.known.insert(proven.uri, cost)),
+            Err(why) => return self.complain(&why),
+        }
+        for method in self.costs.refreshes.clone() {
+            self.costs.requests += 1;
+            self.out.push(
+                Request {
+                    id: RequestId::from(self.costs.requests),
+                    method: method.to_string(),
+                    params: Value::Null,
+                }
+                .into(),
+            );
+        }
+    }
+}
+
+impl Costs {
+    /// What the editor shows of costs, and on which board they are.
+    fn read_wishes(&mut self, initialize: &Value) {
+        let has = |place: &str| {
+            initialize
+                .pointer(place)
+                .is_some_and(|value| !value.is_null())
+        };
+        self.is_wanted = has("/capabilities/textDocument/codeLens")
+            || has("/capabilities/textDocument/inlayHint");
+        for (what, method) in [
+            ("codeLens", "workspace/codeLens/refresh"),
+            ("inlayHint", "workspace/inlayHint/refresh"),
+        ] {
+            let place = format!("/capabilities/workspace/{what}/refreshSupport");
+            if initialize.pointer(&place) == Some(&Value::Bool(true)) {
+                self.refreshes.push(method);
+            }
+        }
+        let board = initialize.pointer("/initializationOptions/board");
+        if let Some(board) = board
+            .and_then(Value::as_str)
+            .filter(|name| !name.is_empty())
+        {
+            self.board = OsString::from(board);
         }
     }
 }
@@ -325,6 +454,18 @@ fn capabilities() -> ServerCapabilities {
             trigger_characters: words(&["(", ",", ":"]),
             ..SignatureHelpOptions::default()
         }),
+        code_lens_provider: Some(CodeLensOptions {
+            resolve_provider: Some(false),
+        }),
+        inlay_hint_provider: Some(OneOf::Left(true)),
+        semantic_tokens_provider: Some(
+            SemanticTokensOptions {
+                legend: tokens::legend(),
+                full: Some(SemanticTokensFullOptions::Bool(true)),
+                ..SemanticTokensOptions::default()
+            }
+            .into(),
+        ),
         ..ServerCapabilities::default()
     }
 }

@@ -1,5 +1,6 @@
 //! The language server, through its protocol: the real command, real messages.
 
+mod costs;
 pub mod editor;
 
 use std::path::Path;

@@ -126,6 +126,8 @@ pub struct Program {
 pub struct Keyboard {
     /// Its name.
     pub name: String,
+    /// Where its name stands.
+    pub span: Span,
     /// The board its code runs on, if it says so.
     pub board: Option<String>,
     /// Sensors, converters, motor and key; of keys `mikey` unless it says otherwise.

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 use whippen_compiler::budget::{Bounded, CoreBudget, CutBound, Waited, ZoneBound};
+use whippen_compiler::image::Place;
 use whippen_compiler::keyboard::ZoneId;
 use whippen_runtime::rate;
 
@@ -14,13 +15,15 @@ impl ImageProof<'_> {
         let slowest = played.slowest_zone();
         let bound = played.worst_case().bound;
         let items = self.bytes.by_item(&bound.path).into_iter();
-        let lines = self
-            .bytes
-            .by_place(&bound.path)
-            .into_iter()
-            .filter_map(|(place, _)| place);
-        let lines: Vec<String> = lines
-            .map(|place| format!("{}:{}", place.file, place.line))
+        let places = self.bytes.by_place(&bound.path).into_iter();
+        let of_lines = places.filter_map(|(place, cycles)| Some((place?, cycles)));
+        let lines: Vec<Value> = of_lines
+            .map(|(place, cycles)| {
+                let Place {
+                    file, line, item, ..
+                } = place;
+                json!({ "file": file, "line": line, "item": item, "cycles": cycles })
+            })
             .collect();
         let cores = played.budget.cores.iter().zip(&played.cores);
         let cores: Vec<Value> = cores.map(|(core, of)| played.core_json(core, of)).collect();

@@ -20,12 +20,20 @@ pub struct Editor {
     pub shared: TempDir,
     pub server: Child,
     pub input: Option<ChildStdin>,
+    /// What its semantic tokens are.
+    pub legend: Value,
     output: Receiver<Value>,
     id: i64,
 }
 
 impl Editor {
+    /// An editor that says nothing of what it can.
     pub fn new() -> Editor {
+        Editor::with(json!({}), Value::Null)
+    }
+
+    /// An editor that can do this, with these options.
+    pub fn with(capabilities: Value, options: Value) -> Editor {
         let mut command = Command::new(env!("CARGO_BIN_EXE_whippen"));
         let new_folder = || tempfile::tempdir().expect("a temporary folder");
         let (folder, cache, shared) = (new_folder(), new_folder(), new_folder());
@@ -53,10 +61,14 @@ impl Editor {
             shared,
             server,
             input,
+            legend: Value::Null,
             output,
             id: 0,
         };
-        let answer = editor.ask("initialize", json!({ "capabilities": {} }));
+        let params = json!({ "capabilities": capabilities, "initializationOptions": options });
+        let answer = editor.ask("initialize", params);
+        let tokens = &answer["result"]["capabilities"]["semanticTokensProvider"];
+        editor.legend = tokens["legend"].clone();
         assert_eq!(answer["result"]["serverInfo"]["name"], "whippen");
         editor.tell("initialized", json!({}));
         editor

@@ -72,6 +72,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
     ) -> Reader<'a, 'i, 'd> {
         let keyboard = Keyboard {
             name: ast.name.node.clone(),
+            span: ast.name.span,
             board: None,
             device: DeviceName::Bundled(DEFAULT_DEVICE.to_string()),
             rate_hz: options.usual_rate_hz(),
