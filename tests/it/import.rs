@@ -1,7 +1,8 @@
 //! `whippen import`: a recording becomes an instrument that gives the recording back.
 
+mod keyswitches;
+
 use std::fmt::Write;
-use std::path::Path;
 
 use serde_json::Value;
 use whippen_runtime::engine::EngineKind;
@@ -11,8 +12,6 @@ use crate::common;
 
 /// The weight of a gram (N).
 const GRAM_N: f64 = 9.80665e-3;
-/// How far a recording may come back (gf rms), glitches aside.
-const RMS_GF: f64 = 1.0;
 
 /// A switch of 4 mm that snaps at 2 mm, with 6 gf of hysteresis: force (gf) at a place (mm).
 fn snap(x: f64, pressed: bool) -> f64 {
@@ -48,7 +47,7 @@ fn swept(name: &str, text: &str, rows_mm: &[f64]) -> Vec<f64> {
     last.map(|newtons| newtons / GRAM_N).collect()
 }
 
-/// Knots, give and distance of a curve's loop: what `docs/import.md` has a row of.
+/// What the command tells of a curve, how far its loop comes back, and the program.
 struct Told {
     json: Value,
     rms_gf: f64,
@@ -395,48 +394,4 @@ fn a_table_is_tuned_and_a_run_reads_with_it() {
     refused(&"1\n".repeat(500), "shows no key that moves");
     refused("1\n2\n", "has 2 readings");
     refused("x\n", "raw.txt");
-}
-
-/// Every curve of the recordings of keyswitches, where they are.
-#[test]
-fn recorded_keyswitches_come_back() {
-    let Some(folder) = whippen_need::recordings("keyswitches") else {
-        return;
-    };
-    let entries = std::fs::read_dir(folder.join("curves")).expect("a folder");
-    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
-    paths.sort();
-    assert_eq!(paths.len(), 33);
-    let mut far = Vec::new();
-    for path in &paths {
-        let text = std::fs::read_to_string(path).expect("readable");
-        let told = there_and_back(&text);
-        let (name, json) = (stem(path), &told.json);
-        println!(
-            "| {name} | {} + {} | {} | {:.2} | {} |",
-            json["knots"][0],
-            json["knots"][1],
-            json["give_mm"],
-            told.rms_gf,
-            json["glitches"].as_array().map_or(0, Vec::len)
-        );
-        if told.rms_gf > RMS_GF {
-            far.push((name, told.rms_gf));
-        }
-        let is_spring = !json["spring_n_per_m"].is_null();
-        assert_eq!(
-            is_spring,
-            stem(path).starts_with("Springs"),
-            "{}",
-            stem(path)
-        );
-    }
-    assert!(far.is_empty(), "{far:?}");
-}
-
-fn stem(path: &Path) -> String {
-    path.file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
 }
