@@ -17,9 +17,11 @@ mod columns;
 mod figure;
 mod file;
 mod judge;
+mod repeated;
 mod steps;
 
 pub use bind::Bound;
 pub use columns::Part;
-pub use file::{Experiment, Instrument, Mover};
+pub use file::{Experiment, Instrument, Mover, Repeated};
 pub use judge::Verdict;
+pub use repeated::Stretch;

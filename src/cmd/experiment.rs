@@ -19,7 +19,7 @@ use super::file_plan::FilePlan;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::say::{say, tell};
-use play::{Played, play};
+use play::{Places, Played, play};
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -36,6 +36,10 @@ pub struct Args {
     /// (f64)
     #[arg(long, default_value = "jit")]
     engine: EngineKind,
+    /// Folder of the recordings that some experiments play: their descriptions (`kawai.toml`), and
+    /// what these describe; without it, that of the experiment's file
+    #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath)]
+    recordings: Option<PathBuf>,
     /// Picture of the only experiment
     #[arg(long, value_name = "FILE.svg|FILE.png", value_hint = ValueHint::FilePath)]
     plot: Vec<PathBuf>,
@@ -58,6 +62,13 @@ struct Asked {
 }
 
 impl Asked {
+    fn places<'p>(&'p self, args: &'p Args) -> Places<'p> {
+        Places {
+            file: self.file.as_deref(),
+            recordings: args.recordings.as_deref(),
+        }
+    }
+
     /// The picture of `--pictures`.
     fn picture(&self, folder: &Path) -> PathBuf {
         folder.join(format!("{}.svg", self.experiment.name))
@@ -72,7 +83,7 @@ pub fn run(args: &Args) -> Outcome {
         let why = "the engine `emulated` keeps no values from inside of ticks; use jit, which is bit for bit the same";
         return Err(Failure::Usage(why.to_string()));
     }
-    let wanted = wanted(&args.words)?;
+    let wanted = wanted(args)?;
     if !args.plot.is_empty() && wanted.len() > 1 {
         let why = "--plot draws one experiment; give `--pictures FOLDER` for several";
         return Err(Failure::Usage(why.to_string()));
@@ -83,7 +94,7 @@ pub fn run(args: &Args) -> Outcome {
     let mut sections = Vec::new();
     let mut rows = Vec::new();
     for one in &wanted {
-        let played = match play(&one.experiment, one.file.as_deref(), args.engine, stop) {
+        let played = match play(&one.experiment, one.places(args), args.engine, stop) {
             Err(Failure::Interrupted) => break,
             played => played?,
         };
@@ -162,10 +173,10 @@ fn bundled(file: &str, text: &str) -> Result<Experiment, Failure> {
     Experiment::read(&path, text).map_err(|e| Failure::Defect(e.to_string()))
 }
 
-/// The experiments of the command line.
-fn wanted(words: &[OsString]) -> Result<Vec<Asked>, Failure> {
+/// The experiments of the command line; `all` are those whose recordings are at hand.
+fn wanted(args: &Args) -> Result<Vec<Asked>, Failure> {
     let mut all = Vec::new();
-    for word in words {
+    for word in &args.words {
         let path = Path::new(word);
         let named = |file: &str| word.to_str() == file.strip_suffix(".toml");
         let found = EXPERIMENTS
@@ -184,11 +195,16 @@ fn wanted(words: &[OsString]) -> Result<Vec<Asked>, Failure> {
             return Err(absent(word));
         } else {
             for (file, text) in found {
-                let experiment = bundled(file, text)?;
-                all.push(Asked {
-                    experiment,
+                let one = Asked {
+                    experiment: bundled(file, text)?,
                     file: None,
-                });
+                };
+                if word == "all" && !one.places(args).suffice(&one.experiment) {
+                    let name = &one.experiment.name;
+                    tell!("left out: {name} plays a recording (--recordings FOLDER)");
+                } else {
+                    all.push(one);
+                }
             }
         }
     }
@@ -212,7 +228,7 @@ fn plan(args: &Args, wanted: &[Asked]) -> Result<FilePlan, Failure> {
     let mut plan = FilePlan::default();
     for one in wanted {
         plan = plan.reads(&one.file);
-        plan = plan.reads(&play::files(&one.experiment, one.file.as_deref())?);
+        plan = plan.reads(&play::files(&one.experiment, one.places(args))?);
     }
     let pictures: Vec<PathBuf> = match &args.pictures {
         Some(folder) => wanted.iter().map(|one| one.picture(folder)).collect(),

@@ -40,6 +40,14 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
         include_str!("../../../instruments/experiments/figure-17.toml"),
     ),
     (
+        "figure-18.toml",
+        include_str!("../../../instruments/experiments/figure-18.toml"),
+    ),
+    (
+        "figure-19.toml",
+        include_str!("../../../instruments/experiments/figure-19.toml"),
+    ),
+    (
         "figure-20.toml",
         include_str!("../../../instruments/experiments/figure-20.toml"),
     ),

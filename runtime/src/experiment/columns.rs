@@ -9,7 +9,10 @@ use crate::files::FileError;
 use crate::titles::{identifier, unit_of_suffix};
 use crate::trace::Heading;
 
-/// What one instrument of an experiment has.
+/// What the columns of a recording are preceded by.
+pub const MEASURED: &str = "measured";
+
+/// What one instrument of an experiment has, or a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Part {
     /// What its columns and events are preceded by; empty for the only one.

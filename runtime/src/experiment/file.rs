@@ -1,12 +1,13 @@
 //! Reading of an experiment's file.
 
-use std::collections::HashSet;
 use std::path::Path;
 
 use toml::de::DeTable;
+use whippen_compiler::units::Dim;
 
 use super::claims::{self, Claim};
-use super::steps::{Moment, Way};
+use super::columns::MEASURED;
+use super::steps::{LONGEST_S, Moment, Way};
 use crate::fields::{Fields, FileText, Written, quantity};
 use crate::files::FileError;
 
@@ -27,6 +28,8 @@ pub struct Experiment {
     pub device: Option<String>,
     /// Who plays.
     pub mover: Mover,
+    /// The recording whose motion is played, instead of steps.
+    pub repeated: Option<Repeated>,
     pub(super) way: Way,
     pub(super) way_line: u64,
     pub(super) instants: Vec<NamedInstant>,
@@ -48,14 +51,25 @@ pub struct Instrument {
     pub key: Option<String>,
     /// Parameters and their values.
     pub sets: Vec<(String, String)>,
+    /// The earlier one, by its place, whose hand's force pushes the free key of this one.
+    pub pushed_by: Option<usize>,
+}
+
+/// A stretch of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Repeated {
+    /// The file that describes the recording.
+    pub description: String,
+    /// From when to when (s).
+    pub between_s: (f64, f64),
 }
 
 /// Who plays.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Mover {
-    /// The key is where the way says.
+    /// The key is where the motion says.
     Motion,
-    /// A hand (mass, damping, stiffness) leads the key of the device along the way.
+    /// A hand (mass, damping, stiffness) leads the key of the device along the motion.
     Hand(String),
     /// The way is a force on the free key.
     Force,
@@ -114,7 +128,7 @@ impl Experiment {
         let optional = |key| Ok::<_, FileError>(top.find(key)?.map_or(String::new(), |w| w.text));
         let instants = instants(&top)?;
         let names: Vec<String> = instants.iter().map(|i| i.name.clone()).collect();
-        let (mover, way, way_line) = player(&top)?;
+        let played = player(&top)?;
         let known = claims::known();
         let asserts = top.tables("assert", "[[assert]]", &known)?;
         if asserts.is_empty() {
@@ -128,11 +142,12 @@ impl Experiment {
             title: top.text("title", "A full key dip and release")?.text,
             source: optional("source")?,
             doc: optional("doc")?.trim().replace('\n', " "),
-            instruments: instruments(&top)?,
+            instruments: instruments(&top, &played)?,
             device: top.find("device")?.map(|device| device.text),
-            mover,
-            way,
-            way_line,
+            mover: played.mover,
+            repeated: played.repeated,
+            way: played.way,
+            way_line: played.way_line,
             plotted: plotted(&top)?,
             claims: claims.collect::<Result<_, _>>()?,
             path: path.to_path_buf(),
@@ -146,31 +161,68 @@ impl Experiment {
 }
 
 /// Either one instrument at the top, or several `[[run]]`.
-fn instruments(top: &Fields) -> Result<Vec<Instrument>, FileError> {
+fn instruments(top: &Fields, played: &Playing) -> Result<Vec<Instrument>, FileError> {
     const KEYS: [&str; 5] = ["name", "program", "instrument", "key", "set"];
-    let runs = top.tables("run", "[[run]]", &KEYS)?;
+    const RUN: [&str; 6] = ["name", "program", "instrument", "key", "set", "pushed_by"];
+    let runs = top.tables("run", "[[run]]", &RUN)?;
     if runs.is_empty() {
-        return Ok(vec![instrument(top, String::new())?]);
+        if played.repeated.is_some() {
+            let what = "what was recorded is called `measured.`, so each program stands in a [[run]] with a name";
+            return Err(top.source.error(played.way_line, what));
+        }
+        return Ok(vec![instrument(top, String::new(), None)?]);
     }
     if let Some(key) = KEYS[1..].iter().find(|key| top.has(key)) {
         return Err(top.error(key, "stands in each [[run]] where there are some"));
     }
-    let mut names = HashSet::new();
-    let one = |fields: &Fields| {
+    let mut all: Vec<Instrument> = Vec::new();
+    for fields in &runs {
         let name = fields.text("name", "grand")?;
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if name.text.is_empty() || !name.text.chars().all(is_word) {
             return Err(fields.error("name", "is made of letters, digits and `_`"));
         }
-        if !names.insert(name.text.clone()) {
+        if all.iter().any(|one| one.name == name.text) {
             return Err(fields.error("name", "is that of an earlier [[run]]"));
         }
-        instrument(fields, name.text)
-    };
-    runs.iter().map(one).collect()
+        if played.repeated.is_some() && name.text == MEASURED {
+            return Err(fields.error("name", "is what the recording is called"));
+        }
+        let pushed_by = pushed_by(fields, &all, &played.mover)?;
+        all.push(instrument(fields, name.text, pushed_by)?);
+    }
+    Ok(all)
 }
 
-fn instrument(fields: &Fields, name: String) -> Result<Instrument, FileError> {
+/// The place of the run whose hand pushes this one's key.
+fn pushed_by(
+    fields: &Fields,
+    earlier: &[Instrument],
+    mover: &Mover,
+) -> Result<Option<usize>, FileError> {
+    let Some(by) = fields.find("pushed_by")? else {
+        return Ok(None);
+    };
+    if !matches!(mover, Mover::Hand(_)) {
+        let what = "is a run that a hand leads: give the [player] a `hand`";
+        return Err(fields.error("pushed_by", what));
+    }
+    let is_led = |one: &Instrument| one.name == by.text && one.pushed_by.is_none();
+    let place = earlier.iter().position(is_led);
+    let place = place.ok_or_else(|| {
+        fields.error(
+            "pushed_by",
+            "is the name of an earlier [[run]] that the hand leads",
+        )
+    });
+    place.map(Some)
+}
+
+fn instrument(
+    fields: &Fields,
+    name: String,
+    pushed_by: Option<usize>,
+) -> Result<Instrument, FileError> {
     let text = |written: Option<Written>| written.map(|w| w.text);
     let sets = fields.pairs("set", "[set]")?;
     Ok(Instrument {
@@ -182,40 +234,87 @@ fn instrument(fields: &Fields, name: String) -> Result<Instrument, FileError> {
             .into_iter()
             .map(|(name, value)| (name, value.text))
             .collect(),
+        pushed_by,
     })
 }
 
-fn player(top: &Fields) -> Result<(Mover, Way, u64), FileError> {
-    let Some(player) = top.table("player", "[player]", &["motion", "force", "hand"])? else {
+/// What `[player]` says.
+struct Playing {
+    mover: Mover,
+    repeated: Option<Repeated>,
+    way: Way,
+    way_line: u64,
+}
+
+fn player(top: &Fields) -> Result<Playing, FileError> {
+    const KEYS: [&str; 6] = ["motion", "force", "recording", "from", "to", "hand"];
+    let Some(player) = top.table("player", "[player]", &KEYS)? else {
         let what = "an experiment has a [player], such as motion = [\"wait 100 ms\", \"to 10 mm in 60 ms\"]";
         return Err(top.source.error(1, what));
     };
+    let given = KEYS[..3].iter().filter(|key| player.has(key));
+    let given: Vec<&str> = given.copied().collect();
+    if let [first, second, ..] = given[..] {
+        let what = format!("and `{first}` contradict each other: a player has one");
+        return Err(player.error(second, &what));
+    }
+    let key = given.first().copied().unwrap_or("motion");
     let hand = player.find("hand")?;
-    let (key, mover) = match (player.has("motion"), player.has("force"), hand) {
-        (true, true, _) => {
-            return Err(player.error(
-                "force",
-                "and `motion` contradict each other: a player has one",
-            ));
+    let mover = match (key, hand) {
+        ("force", Some(_)) => {
+            let what = "leads along a `motion`; a `force` acts on the free key";
+            return Err(player.error("hand", what));
         }
-        (false, true, Some(_)) => {
-            return Err(player.error(
-                "hand",
-                "leads along a `motion`; a `force` acts on the free key",
-            ));
-        }
-        (_, true, None) => ("force", Mover::Force),
-        (_, false, Some(hand)) => ("motion", Mover::Hand(hand.text.replace(", ", ","))),
-        (_, false, None) => ("motion", Mover::Motion),
+        ("force", None) => Mover::Force,
+        (_, Some(hand)) => Mover::Hand(hand.text.replace(", ", ",")),
+        (_, None) => Mover::Motion,
     };
+    if key == "recording" {
+        return repeated(&player, mover);
+    }
+    if let Some(key) = KEYS[3..5].iter().find(|key| player.has(key)) {
+        return Err(player.error(key, "is of a `recording`"));
+    }
     let steps = player.list(key)?;
     if steps.is_empty() {
-        let what = "[player] needs a `motion` or a `force`, a list of steps";
+        let what = "[player] needs a `motion` or a `force`, a list of steps, or a `recording`";
         return Err(player.source.error(player.line, what));
     }
     let way = Way::read(steps.iter().map(|step| step.text.as_str()))
         .map_err(|(number, why)| player.source.error(steps[number].line, why))?;
-    Ok((mover, way, steps[0].line))
+    Ok(Playing {
+        mover,
+        repeated: None,
+        way,
+        way_line: steps[0].line,
+    })
+}
+
+/// A player that repeats a stretch of a recording.
+fn repeated(player: &Fields, mover: Mover) -> Result<Playing, FileError> {
+    let description = player.text("recording", "kawai.toml")?;
+    if !description.text.ends_with(".toml") {
+        let what = "is a file that describes a recording, such as \"kawai.toml\"";
+        return Err(player.error("recording", what));
+    }
+    let time = |key: &'static str| {
+        let time = player.quantity(key, Dim::TIME, "24.6 s")?;
+        time.ok_or_else(|| player.error(key, "of a recording is a time, such as \"24.6 s\""))
+    };
+    let between_s = (time("from")?, time("to")?);
+    if between_s.1 - between_s.0 > LONGEST_S {
+        return Err(player.error("to", &format!("is more than {LONGEST_S} s after `from`")));
+    }
+    let nothing = Way::read(std::iter::empty());
+    Ok(Playing {
+        mover,
+        repeated: Some(Repeated {
+            description: description.text,
+            between_s,
+        }),
+        way: nothing.expect("no steps are fine"),
+        way_line: description.line,
+    })
 }
 
 /// Instants are named one after the other; each is looked for behind the one before.

@@ -15,7 +15,7 @@ pub struct Way {
 }
 
 /// The longest way (s): what is longer is no experiment on one key.
-const LONGEST_S: f64 = 60.0;
+pub(super) const LONGEST_S: f64 = 60.0;
 
 impl Way {
     /// Reads the steps one after the other.

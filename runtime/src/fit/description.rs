@@ -83,6 +83,32 @@ pub struct Stretches {
 /// # Errors
 /// What is wrong with it, and in which line; or with a file that it names.
 pub fn read(path: &Path, fittable: &Fittable) -> Result<Stretches, FileError> {
+    opened(path, fittable, |top| stretches(path, top, fittable))
+}
+
+/// Reads the stretch between two times (s) of what a description describes, whatever stretches it
+/// has itself, without strokes to be judged.
+///
+/// # Errors
+/// As [`read`]; the recording has no such times.
+pub fn read_between(
+    path: &Path,
+    fittable: &Fittable,
+    (from_s, to_s): (f64, f64),
+) -> Result<FitData, FileError> {
+    opened(path, fittable, |top| {
+        let whole = Whole::read(top, fittable, false)?;
+        let stretch = whole.stretch(path, (from_s, to_s));
+        stretch.map_err(|what| top.source.error(1, what))
+    })
+}
+
+/// Opens a description, for an instrument of one key.
+fn opened<T>(
+    path: &Path,
+    fittable: &Fittable,
+    then: impl FnOnce(&Fields) -> Result<T, FileError>,
+) -> Result<T, FileError> {
     let text = read_text(path, InputKind::DESCRIPTION)?;
     let source = FileText { path, text: &text };
     let table = DeTable::parse(&text).map_err(|e| {
@@ -94,10 +120,16 @@ pub fn read(path: &Path, fittable: &Fittable) -> Result<Stretches, FileError> {
         let what = "bare columns are of one key; write a table with a column for each port";
         return Err(source.error(1, what));
     }
-    let whole = Whole::read(&top, fittable)?;
+    then(&top)
+}
+
+/// The stretches that the description has.
+fn stretches(path: &Path, top: &Fields, fittable: &Fittable) -> Result<Stretches, FileError> {
+    let whole = Whole::read(top, fittable, true)?;
     let stretches = top.tables("stretch", "[[stretch]]", &STRETCH)?;
     if stretches.is_empty() {
-        return Err(source.error(1, "a recording has [[stretch]] tables: from and to"));
+        let what = "a recording has [[stretch]] tables: from and to";
+        return Err(top.source.error(1, what));
     }
     let mut out = Stretches::default();
     for fields in &stretches {
@@ -111,7 +143,12 @@ pub fn read(path: &Path, fittable: &Fittable) -> Result<Stretches, FileError> {
         } else {
             &mut out.fitted
         };
-        to.push(whole.stretch(path, fields)?);
+        let time = |key: &'static str| {
+            let time = fields.quantity(key, Dim::TIME, "1.5 s")?;
+            time.ok_or_else(|| fields.error(key, "is a time, such as \"1.5 s\""))
+        };
+        let stretch = whole.stretch(path, (time("from")?, time("to")?));
+        to.push(stretch.map_err(|what| fields.source.error(fields.line, what))?);
     }
     Ok(out)
 }
@@ -132,7 +169,7 @@ struct Whole {
 type MeasuredColumn = (String, Vec<f64>, (f64, f64));
 
 impl Whole {
-    fn read(top: &Fields, fittable: &Fittable) -> Result<Whole, FileError> {
+    fn read(top: &Fields, fittable: &Fittable, with_strokes: bool) -> Result<Whole, FileError> {
         let frequency = "2 kHz";
         let rate_hz = top.quantity("rate", Dim::PER_TIME, frequency)?;
         let rate_hz = rate_hz.filter(|rate| (1.0..=1e6).contains(rate) && rate.fract() == 0.0);
@@ -161,7 +198,7 @@ impl Whole {
                 .source
                 .error(1, "nothing to fit to: add [measured.title] tables"));
         }
-        let strokes = strokes(top, &measured)?;
+        let strokes = strokes(top, &measured)?.filter(|_| with_strokes);
         let strokes = strokes.map(|(strokes, copies)| {
             let copies: Result<_, FileError> = copies.into_iter().map(|d| load(Some(d))).collect();
             Ok::<_, FileError>((strokes, copies?))
@@ -175,16 +212,13 @@ impl Whole {
         })
     }
 
-    fn stretch(&self, path: &Path, fields: &Fields) -> Result<FitData, FileError> {
-        let time = |key: &'static str| {
-            let time = fields.quantity(key, Dim::TIME, "1.5 s")?;
-            time.ok_or_else(|| fields.error(key, "is a time, such as \"1.5 s\""))
-        };
-        let (from_s, to_s) = (time("from")?, time("to")?);
+    /// A stretch of it, or in words why there is none.
+    fn stretch(&self, path: &Path, (from_s, to_s): (f64, f64)) -> Result<FitData, String> {
         let last_s = self.places.ticks() as f64 / self.tick_rate_hz;
         if !(0.0 <= from_s && from_s < to_s && to_s <= last_s) {
-            let what = format!("a stretch is within 0 s .. {last_s:.3} s, from before to");
-            return Err(fields.source.error(fields.line, what));
+            return Err(format!(
+                "a stretch is within 0 s .. {last_s:.3} s, from before to"
+            ));
         }
         // It begins with a row.
         let row = |s: f64| (s * self.rate_hz).round() as usize;

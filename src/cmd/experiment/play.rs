@@ -13,10 +13,11 @@ use whippen_runtime::closed;
 use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::experiment::bundled::PROGRAMS;
-use whippen_runtime::experiment::{Bound, Experiment, Instrument, Mover, Part, Verdict};
+use whippen_runtime::experiment::{Bound, Experiment, Instrument, Mover, Part, Stretch, Verdict};
 use whippen_runtime::plant::Player;
 use whippen_runtime::session::{self, Recorded, Recording, Run};
 use whippen_runtime::trace::Trace;
+use whippen_runtime::trajectory::Trajectory;
 
 use super::super::hand::Grip;
 use super::super::load;
@@ -51,28 +52,41 @@ struct Ready {
     columns: Vec<Recorded>,
 }
 
-/// Plays it, unless `stop` becomes true; `file` is where it stands.
+/// Where the files lie that an experiment names.
+#[derive(Clone, Copy)]
+pub struct Places<'p> {
+    /// Its own file; none of a bundled one.
+    pub file: Option<&'p Path>,
+    /// The folder of recordings; that of the file where none is named.
+    pub recordings: Option<&'p Path>,
+}
+
+impl Places<'_> {
+    /// The folder in which the description of a recording lies, as far as it is known.
+    fn of_recordings(&self) -> Option<PathBuf> {
+        let beside_file = self.file.map(|file| beside(Some(file), ""));
+        self.recordings.map(Path::to_path_buf).or(beside_file)
+    }
+
+    /// Whether everything is known that an experiment plays.
+    pub fn suffice(&self, experiment: &Experiment) -> bool {
+        experiment.repeated.is_none() || self.of_recordings().is_some()
+    }
+}
+
+/// Plays it, unless `stop` becomes true.
 pub fn play<'e>(
     experiment: &'e Experiment,
-    file: Option<&Path>,
+    places: Places,
     kind: EngineKind,
     stop: &'static AtomicBool,
 ) -> Result<Played<'e>, Failure> {
     let mut sources: Vec<(String, String)> = Vec::new();
     let (mut all, mut parts) = (Vec::new(), Vec::new());
     for instrument in &experiment.instruments {
-        let read = program(instrument, file)?;
-        let ready = ready(experiment, instrument, file, &read, kind)?;
-        parts.push(Part {
-            name: instrument.name.clone(),
-            headings: ready
-                .columns
-                .iter()
-                .map(|column| column.heading.clone())
-                .collect(),
-            events: session::event_headings(&ready.compiled),
-            turns: ready.compiled.model.turns(),
-        });
+        let read = program(instrument, places.file)?;
+        let ready = ready(experiment, instrument, places.file, &read, kind)?;
+        parts.push(part(instrument, &ready));
         all.push(ready);
         sources.extend(
             read.into_iter()
@@ -81,11 +95,14 @@ pub fn play<'e>(
         );
     }
     one_rate(&all)?;
+    let stretch = stretch(experiment, places, &all[0])?;
+    parts.extend(stretch.as_ref().map(Stretch::part));
     let bound = Bound::new(experiment, &parts).map_err(|e| Failure::Usage(e.to_string()))?;
-    let (mut traces, mut warnings) = (Vec::new(), Vec::new());
+    let (mut traces, mut warnings): (Vec<Trace>, _) = (Vec::new(), Vec::new());
     for (ready, part) in all.into_iter().zip(&parts) {
         let driven = session::driven(&ready.compiled.model);
-        let run = moved(experiment, ready, kind, stop)?;
+        let mover = mover(experiment, &traces, &stretch, &ready);
+        let run = moved(mover, ready, kind, stop)?;
         if run.counts.ticks < run.ticks_wanted {
             return Err(Failure::Interrupted);
         }
@@ -93,6 +110,7 @@ pub fn play<'e>(
         warnings.extend(told.map(|(n, what)| part.called(&format!("{n} ticks {what}"))));
         traces.push(run.trace);
     }
+    traces.extend(stretch.as_ref().map(Stretch::trace));
     let trace = Part::joined(&parts, traces);
     Ok(Played {
         verdicts: bound.verdicts(&trace),
@@ -102,6 +120,65 @@ pub fn play<'e>(
         sources,
         warnings,
     })
+}
+
+/// What names of an experiment find in an instrument.
+fn part(instrument: &Instrument, ready: &Ready) -> Part {
+    let columns = ready.columns.iter();
+    Part {
+        name: instrument.name.clone(),
+        headings: columns.map(|column| column.heading.clone()).collect(),
+        events: session::event_headings(&ready.compiled),
+        turns: ready.compiled.model.turns(),
+    }
+}
+
+/// What moves the next instrument, after those whose traces are there, and its way.
+fn mover<'e>(
+    experiment: &'e Experiment,
+    traces: &[Trace],
+    stretch: &Option<Stretch>,
+    ready: &Ready,
+) -> (&'e Mover, Trajectory) {
+    let instrument = &experiment.instruments[traces.len()];
+    if let Some(by) = instrument.pushed_by {
+        return (&Mover::Force, force_of_hand(&traces[by]));
+    }
+    let way = match stretch {
+        Some(stretch) => stretch.places.clone(),
+        None => experiment.trajectory(ready.compiled.model.rate_hz),
+    };
+    (&experiment.mover, way)
+}
+
+/// The stretch of the recording that is played; the titles of what was measured are those of the
+/// first instrument's columns.
+fn stretch(
+    experiment: &Experiment,
+    places: Places,
+    first: &Ready,
+) -> Result<Option<Stretch>, Failure> {
+    let Some(repeated) = &experiment.repeated else {
+        return Ok(None);
+    };
+    let folder = places.of_recordings().ok_or_else(|| {
+        Failure::Usage(format!(
+            "`{}` plays a recording; name the folder in which `{}` lies with --recordings FOLDER",
+            experiment.name, repeated.description
+        ))
+    })?;
+    let columns = (&first.compiled.model, &first.columns[..]);
+    let stretch = Stretch::read(repeated, &folder, columns);
+    stretch.map(Some).map_err(|e| Failure::Usage(e.to_string()))
+}
+
+/// What a hand pushed in a run: where it pulled, a finger lets go.
+fn force_of_hand(trace: &Trace) -> Trajectory {
+    let mut columns = trace.columns.iter();
+    let column = columns.find(|column| column.heading.name == "hand_force");
+    let forces = column.map_or(&[][..], |column| column.values());
+    let pushed: Vec<f64> = forces.iter().map(|force| force.max(0.0)).collect();
+    pushed.into()
 }
 
 /// Instruments side by side tick together.
@@ -118,8 +195,12 @@ fn one_rate(all: &[Ready]) -> Result<(), Failure> {
 }
 
 /// The files that an experiment names.
-pub fn files(experiment: &Experiment, file: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
+pub fn files(experiment: &Experiment, places: Places) -> Result<Vec<PathBuf>, Failure> {
+    let file = places.file;
     let mut files: Vec<PathBuf> = Vec::new();
+    if let (Some(repeated), Some(folder)) = (&experiment.repeated, places.of_recordings()) {
+        files.push(folder.join(&repeated.description));
+    }
     for instrument in &experiment.instruments {
         if is_file(&instrument.program) {
             let opened = Opened::files(&[beside(file, &instrument.program)])?;
@@ -213,7 +294,7 @@ fn ready(
     let wanted = named_device(experiment, file);
     let device = load::device(wanted.as_deref(), &map, &program, &model)?;
     let compiled = load::compiled(&map, model, &device, true)?;
-    let columns = match experiment.mover {
+    let columns = match &experiment.mover {
         Mover::Motion => session::recorded(&compiled, &device, kind, &[]),
         _ => closed::recorded(&compiled, &device, kind, &[0]),
     };
@@ -224,21 +305,20 @@ fn ready(
     })
 }
 
-/// Plays one instrument, and keeps every tick.
+/// Plays one instrument along a way, and keeps every tick.
 fn moved(
-    experiment: &Experiment,
+    (mover, way): (&Mover, Trajectory),
     ready: Ready,
     kind: EngineKind,
     stop: &'static AtomicBool,
 ) -> Result<Run, Failure> {
     let (compiled, device) = (&ready.compiled, &ready.device);
     let rate_hz = compiled.model.rate_hz;
-    let way = experiment.trajectory(rate_hz);
     let ticks = way.ticks();
     let recording = Recording::everything(ready.columns).until(Some(stop));
     let progress = Progress::new(ticks, rate_hz);
     let at = |ticks| progress.at(ticks);
-    let player = match &experiment.mover {
+    let player = match mover {
         Mover::Motion => {
             let move_to = |tick: usize, places: &mut [f64]| places.fill(way.at(tick));
             let run = session::record(compiled, device, kind, (ticks, move_to), recording, at);

@@ -101,6 +101,30 @@ pub const MUTANTS: &[(&str, &[Change])] = &[
         ],
     ),
     (
+        "figure-18",
+        &[
+            ("phi_string  = 0.365 rad", "phi_string  = 0.3 rad"),
+            ("phi_string = 0.365 rad", "phi_string = 0.3 rad"),
+            ("l3_long     = 17.8 mm", "l3_long     = 12 mm"),
+            ("capstan   = 0.55", "capstan   = 0.35"),
+            (
+                "phi' > 0 rad/s {\n        emit note",
+                "phi' > 75 rad/s {\n        emit note",
+            ),
+        ],
+    ),
+    (
+        "figure-19",
+        &[
+            ("phi_string  = 0.365 rad", "phi_string  = 0.3 rad"),
+            ("l3_long     = 17.8 mm", "l3_long     = 10 mm"),
+            (
+                "phi' > 0 rad/s {\n        emit note",
+                "phi' > 75 rad/s {\n        emit note",
+            ),
+        ],
+    ),
+    (
         "figure-20",
         &[
             ("height: 0.9 N", "height: 0.35 N"),

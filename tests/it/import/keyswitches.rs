@@ -14,10 +14,7 @@ const RMS_GF: f64 = 1.0;
 /// The boards, in the order of the columns.
 const BOARDS: [&str; 3] = ["rp2350", "stm32f4", "rp2040"];
 /// Around the table in the document.
-const MARKS: [&str; 2] = [
-    "<!-- keyswitches -->\n",
-    "<!-- end of keyswitches -->\n",
-];
+const MARKS: [&str; 2] = ["<!-- keyswitches -->\n", "<!-- end of keyswitches -->\n"];
 
 /// Cells of both tables in integers, and their bytes: words of 32 bits.
 fn sizes(program: &str) -> (usize, usize) {
@@ -55,7 +52,13 @@ fn row(name: &str, told: &Told) -> String {
 
 fn table(rows: &str) -> String {
     let heads = [
-        "recording", "knots", "give (mm)", "rms (gf)", "glitches", "cells", "bytes",
+        "recording",
+        "knots",
+        "give (mm)",
+        "rms (gf)",
+        "glitches",
+        "cells",
+        "bytes",
     ];
     let boards = BOARDS.map(|board| format!("{board}: cycles of a key"));
     format!(
