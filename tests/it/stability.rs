@@ -1,6 +1,8 @@
 //! The stability budget against the plant: what it says rings rings, what it says is stable does
 //! not, in the real loop of Kernel, converters, delays and coil.
 
+use std::path::Path;
+
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::stability::{Borders, Hand, Resonance, analyze, hands};
 use whippen_runtime::closed;
@@ -374,4 +376,20 @@ fn the_map_of_borders_is_as_pictured() {
         std::fs::write(path, map.png().expect("it fits")).expect("writable");
     }
     compare_picture("docs/pictures/stability.svg", &map.svg());
+}
+
+/// Its four parameters per key and the live one are taken in all combinations.
+#[test]
+fn a_register_is_stable() {
+    let register = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/register/grand-88.whip");
+    let args = [
+        "check",
+        &register.display().to_string(),
+        &crate::cli::bundled("grand-piano.whip"),
+    ];
+    let (_, told) = crate::cli::Shell::new().ends(0, &args);
+    assert!(
+        !told.contains("WH0704") && !told.contains("WH0702"),
+        "{told}"
+    );
 }

@@ -18,7 +18,7 @@ use whippen_lang::model::{Interval, Model, Node, NodeId};
 
 /// So many parameters are taken at all combinations of their ends; beyond, each at its ends by
 /// itself.
-const COMBINED_MAX: usize = 4;
+const COMBINED_MAX: usize = 6;
 
 /// So often a piece is cut along something, and into so many parts.
 const CUTS_MAX: u32 = 200;
