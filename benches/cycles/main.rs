@@ -66,6 +66,9 @@ fn main() -> Result<(), Failure> {
     let core_of = |arg: &String| CORES.into_iter().find(|(name, _)| name == arg);
     let core = args.iter().find_map(core_of).unwrap_or(CORES[0]);
     let wanted = args.iter().find(|arg| core_of(arg).is_none());
+    if args.len() > 2 || (args.len() == 2 && args.iter().all(|arg| core_of(arg).is_none())) {
+        return Err("at most an instrument or a file, and a core".into());
+    }
     println!(
         "| instrument on {} | code | compiler | cycles per key, worst-case frame | mean |",
         core.0
@@ -74,13 +77,21 @@ fn main() -> Result<(), Failure> {
     if let Some(file) = wanted.filter(|file| file.ends_with(".whip")) {
         return instrument(file, file, &std::fs::read_to_string(file)?, core);
     }
+    let mut is_known = false;
     for (file, text) in whippen_compiler::bundled::INSTRUMENTS {
         let name = file.trim_end_matches(".whip");
         if wanted.is_none_or(|wanted| wanted == name) {
+            is_known = true;
             instrument(name, file, text, core)?;
         }
     }
-    Ok(())
+    match wanted {
+        Some(wanted) if !is_known => {
+            let cores = CORES.map(|(name, _)| name).join(", ");
+            Err(format!("`{wanted}` is neither a core ({cores}), an instrument nor a file").into())
+        }
+        _ => Ok(()),
+    }
 }
 
 fn instrument(

@@ -31,7 +31,7 @@ use whippen_lower::scales::{PortScales, Scales};
 use whippen_lower::simplify::{self, Step};
 use whippen_lower::{self as lower, Lowered, lost, slow_port};
 use whippen_modes::{self as modes, Modes};
-use whippen_parts::{Beside, Parts, split, split_together};
+use whippen_parts::{Beside, Parts, split, split_sound, split_together};
 use whippen_source::SourceMap;
 
 pub use crate::partition::BuildError;
@@ -222,13 +222,14 @@ fn modes_of(kernel: &Kernel, instructions: usize) -> Result<Modes, CompileError>
 }
 
 /// Kernel to Parts with Modes of their own, with so many instructions at most for each; none where
-/// it has not two members that are worth it.
+/// it has neither two members that are worth it nor a sound that is worth being apart.
 ///
 /// # Errors
 /// A defect.
 pub fn cut(compiled: &Compiled, instructions: usize) -> Result<Option<InParts>, CompileError> {
     let whole = without_probes(&compiled.lowered.kernel);
-    let Some(parts) = split(&whole).filter(|parts| is_heard(&whole, parts)) else {
+    let parts = split(&whole).or_else(|| split_sound(&whole));
+    let Some(parts) = parts.filter(|parts| is_heard(&whole, parts)) else {
         return Ok(None);
     };
     with_modes(whole, parts, instructions).map(Some)

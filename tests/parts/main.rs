@@ -25,6 +25,9 @@ const STRINGS: &str = include_str!("../programs/bowed_strings.whip");
 /// Four strings under a bow that moves along them.
 const VIOLIN: &str = include_str!("../../instruments/bowed-violin.whip");
 
+/// Six strings under a plectrum, and pedals: nothing that is worth being a member.
+const KEYTAR: &str = include_str!("../../instruments/keytar.whip");
+
 /// Weights that are rubbed; each tells when it is touched, and the tail tells of all of them.
 const WEIGHTS: &str = "
 instrument weights {
@@ -72,8 +75,17 @@ fn bow(tick: usize) -> Vec<u16> {
     vec![x as u16, 25_000, 32_768, 32_768]
 }
 
-/// The only instrument of a text, at so many ticks a second.
+/// The only instrument of a text, at so many ticks a second, with its transitions traced.
 fn compiled(text: &str, rate_hz: u32) -> Compiled {
+    compiled_with(text, rate_hz, true)
+}
+
+/// The same as it is built.
+fn compiled_bare(text: &str, rate_hz: u32) -> Compiled {
+    compiled_with(text, rate_hz, false)
+}
+
+fn compiled_with(text: &str, rate_hz: u32, probes: bool) -> Compiled {
     let mut map = SourceMap::default();
     map.add("parts.whip", text);
     let options = Options {
@@ -88,5 +100,5 @@ fn compiled(text: &str, rate_hz: u32) -> Compiled {
         .next()
         .expect("an instrument");
     let scales = Device::of(&model).scales();
-    compile(model, scales, true).unwrap_or_else(|error| panic!("{error:?}"))
+    compile(model, scales, probes).unwrap_or_else(|error| panic!("{error:?}"))
 }

@@ -11,7 +11,9 @@ use whippen_runtime::device::Device;
 use whippen_runtime::engine::{Engine, EngineKind};
 
 use crate::rig::{Image, words_of};
-use crate::{SLOW_HZ, SOUND_HZ, STRINGS, VIOLIN, WEIGHTS, bent_violin, compiled};
+use crate::{
+    KEYTAR, SLOW_HZ, SOUND_HZ, STRINGS, VIOLIN, WEIGHTS, bent_violin, compiled, compiled_bare,
+};
 
 fn is_member(role: Role) -> bool {
     matches!(role, Role::Member(_))
@@ -39,7 +41,8 @@ fn compare(compiled: &Compiled, board: BoardKind) -> [u64; 2] {
     for tick in 0..ticks() {
         // A hand that goes to and fro, and jumps at times.
         for (port, word) in row.iter_mut().enumerate() {
-            let to = 32_000.0 + 20_000.0 * (tick as f64 / (90.0 + 40.0 * port as f64)).sin();
+            let turn = tick as f64 / (90.0 + 40.0 * port as f64) - 1.2 * port as f64;
+            let to = 32_000.0 + 20_000.0 * turn.sin();
             *word = if rng.chance(1, 400) {
                 rng.next() as u16
             } else {
@@ -107,6 +110,28 @@ fn a_violin_is_in_time_at_the_rate_of_sound() {
     assert!(most <= u64::from(150_000_000 / SOUND_HZ), "{most}");
 }
 
+/// The goal: the bundled keytar as well. It has no members: what is heard is core 1's.
+#[test]
+fn a_keytar_is_in_time_at_the_rate_of_sound() {
+    let image = Image::of(&compiled_bare(KEYTAR, SOUND_HZ), BoardKind::Rp2350);
+    let cut = image.built.cut().expect("parts");
+    assert!(!cut.parts.iter().any(|part| is_member(part.role)));
+    assert!(cut.has_early() && cut.has_sound());
+    let most = image.bounded().contended.cycles_max;
+    let traced = compare(&compiled(KEYTAR, SOUND_HZ), BoardKind::Rp2350);
+    println!("at most {most}; with transitions traced {traced:?}");
+    assert!(most <= u64::from(150_000_000 / SOUND_HZ), "{most}");
+}
+
+/// On one core it stays in one piece.
+#[test]
+fn a_keytar_on_one_core_is_not_cut() {
+    let compiled = compiled(KEYTAR, SLOW_HZ);
+    let image = Image::of(&compiled, BoardKind::Stm32f4);
+    assert!(image.built.cut().is_none());
+    println!("{:?}", compare(&compiled, BoardKind::Stm32f4));
+}
+
 /// Core 0 waits before its members where what is early takes longer than the head.
 #[test]
 fn a_core_that_waits_for_what_is_early_plays_what_the_whole_plays() {
@@ -172,14 +197,30 @@ fn a_violin_in_parts_is_heard_as_the_whole_is() {
     heard_as_the_whole(violin, 8200, &["rp2040"]);
 }
 
+/// Where nothing is a member: the strings are plucked by the head, and sound on core 1.
+#[test]
+fn a_keytar_in_parts_is_heard_as_the_whole_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let strum = folder.path().join("strum.csv");
+    let rows = "t_s,x_mm,y_mm,z_mm\n0,0,-30,-8\n0.02,5,-30,-8\n0.12,5,30,-8\n0.15,5,30,-8\n";
+    std::fs::write(&strum, rows).expect("a file");
+    let motion = ["--motion", strum.to_str().expect("a name")];
+    heard_as_the_whole_with(&motion, "instruments/keytar.whip", SOUND_HZ, &["rp2350"]);
+}
+
 fn heard_as_the_whole(program: &str, rate_hz: u32, boards: &[&str]) {
+    heard_as_the_whole_with(&["--seconds", "150ms"], program, rate_hz, boards);
+}
+
+fn heard_as_the_whole_with(args: &[&str], program: &str, rate_hz: u32, boards: &[&str]) {
     let folder = tempfile::tempdir().expect("a folder");
     let program = format!("{}/{program}", env!("CARGO_MANIFEST_DIR"));
     let rate = rate_hz.to_string();
     let heard = |name: &str, engine: &[&str]| {
         let file = folder.path().join(name);
         let output = Command::new(env!("CARGO_BIN_EXE_whippen"))
-            .args(["run", &program, "--seconds", "150ms", "--tick-rate", &rate])
+            .args(["run", &program, "--tick-rate", &rate])
+            .args(args)
             .args(engine)
             .arg("--out")
             .arg(&file)

@@ -4,7 +4,7 @@ use whippen_compiler::firmware::{DONE, core_block};
 use whippen_emulator::BoardKind;
 
 use crate::rig::{Image, Rig};
-use crate::{SLOW_HZ, SOUND_HZ, STRINGS, VIOLIN, bow, compiled};
+use crate::{KEYTAR, SLOW_HZ, SOUND_HZ, STRINGS, VIOLIN, bow, compiled, compiled_bare};
 
 /// The sums of so many ticks, as they are sent; 0 where that of a tick is not there.
 fn sums(image: &Image, changed: &[(u32, [u16; 2])], ticks: usize) -> Vec<u32> {
@@ -59,7 +59,18 @@ const LOOK_CYCLES: u64 = 4;
 #[test]
 fn what_is_heard_is_there_in_time() {
     let image = with_sound(VIOLIN, SOUND_HZ);
-    in_time(&image, sound_cycles_max(&image));
+    in_time(&image, sound_cycles_max(&image), bow);
+}
+
+/// The same where it has all that sounds, with no members before it: strings are plucked.
+#[test]
+fn strings_that_only_sound_are_there_in_time() {
+    let image = Image::of(&compiled_bare(KEYTAR, SOUND_HZ), BoardKind::Rp2350);
+    let pluck = |tick: usize| {
+        let y = 32_768.0 + 25_000.0 * (tick as f64 / 15.0).sin();
+        vec![32_768, y as u16, 9_000]
+    };
+    in_time(&image, sound_cycles_max(&image), pluck);
 }
 
 /// A frame takes as long as what is heard, where that takes longer than all the rest.
@@ -78,7 +89,7 @@ fn a_frame_ends_with_what_is_heard() {
     let (last, longer) = bound.parts.last().expect("parts");
     println!("{longer} of {} cycles: {last}", bound.cycles_max);
     assert!(last.contains("heard") && bound.cycles_max > most && *longer > 500);
-    in_time(&image, most);
+    in_time(&image, most, bow);
 }
 
 /// From `go` until core 1 is done with what is heard.
@@ -89,17 +100,17 @@ fn sound_cycles_max(image: &Image) -> u64 {
 }
 
 /// A board has the sum of each of some ticks so many cycles after `go`.
-fn in_time(image: &Image, most: u64) {
+fn in_time(image: &Image, most: u64, row: fn(usize) -> Vec<u16>) {
     let [turn, heard] = ["core0_turn", "core0_heard"].map(|word| image.symbol(word));
     let mut rig = Rig::new(image, &[]);
     let mut longest = 0;
-    rig.play((0..20).map(bow));
+    rig.play((0..20).map(row));
     for tick in 20..120 {
         let [given, before] = [turn, heard].map(|word| rig.word(word));
         if before != given {
             rig.looks(heard, before, LOOK_CYCLES);
         }
-        rig.next(bow(tick));
+        rig.next(row(tick));
         rig.looks(turn, given, LOOK_CYCLES);
         let took = rig.looks(heard, given, LOOK_CYCLES);
         longest = took.max(longest);

@@ -6,6 +6,7 @@
 //!   else b`, and one value with two factors becomes a product with a chosen constant, as does a
 //!   division by one.
 //! * What values per key and constants decide alone is a value per key.
+//! * Constants that are divided by the same value are products with its one reciprocal.
 //! * A value divided by what live parameters alone decide is a product with a quotient that all
 //!   keys share. By what does not move far, or by an exponential, it needs no quotient.
 //! * What the ranges decide is gone: a `max` that never bites, a comparison that always holds.

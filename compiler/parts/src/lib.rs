@@ -127,6 +127,12 @@ pub struct Parts {
 }
 
 impl Parts {
+    /// Whether some run between head and tail.
+    pub fn has_members(&self) -> bool {
+        let is_member = |part: &Part| matches!(part.role, Role::Member(_));
+        self.parts.iter().any(is_member)
+    }
+
     /// The part that has what is heard.
     pub fn heard(&self) -> Option<usize> {
         let sound = self.parts.iter().position(|part| part.role == Role::Sound);
@@ -173,19 +179,39 @@ pub fn split_around(
     split_by(kernel, choose, |member| Some(together(member)), beside)
 }
 
+/// A Kernel without members in parts for two cores: what leads to samples alone is apart from the
+/// rest, if that is worth it. It has no probes.
+pub fn split_sound(kernel: &Kernel) -> Option<Parts> {
+    split_sound_from(kernel, [sound::SOUND_CYCLES_MIN, EARLY_CYCLES_MIN])
+}
+
+/// As [`split_sound`], where what is heard, and what is early, take at least so many cycles.
+fn split_sound_from(kernel: &Kernel, cycles_min: [u64; 2]) -> Option<Parts> {
+    let mut kernel = without_probes(kernel)?;
+    let nodes = nodes::Nodes::of(&mut kernel);
+    let classes = classes::Classes::of(&kernel, &nodes);
+    let own = sound::without_members(&kernel, &classes, cycles_min)?;
+    let roles = Roles {
+        apart: own.clone(),
+        own,
+    };
+    cut::cut(&kernel, &nodes, &classes, &roles, 0)
+}
+
+/// A copy to be cut; none of a Kernel with probes.
+fn without_probes(kernel: &Kernel) -> Option<Kernel> {
+    let mut insts = kernel.all_insts();
+    let has_probes = insts.any(|inst| matches!(inst.op, Op::Probe(_)));
+    (!has_probes).then(|| kernel.clone())
+}
+
 fn split_by(
     kernel: &Kernel,
     choose: impl FnOnce(&classes::Classes) -> Vec<usize>,
     number: impl Fn(usize) -> Option<u32>,
     beside: Beside,
 ) -> Option<Parts> {
-    if kernel
-        .all_insts()
-        .any(|inst| matches!(inst.op, Op::Probe(_)))
-    {
-        return None;
-    }
-    let mut kernel = kernel.clone();
+    let mut kernel = without_probes(kernel)?;
     let nodes = nodes::Nodes::of(&mut kernel);
     let classes = classes::Classes::of(&kernel, &nodes);
     let chosen = choose(&classes);

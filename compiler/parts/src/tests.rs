@@ -115,6 +115,37 @@ fn parts_of_random_kernels_do_what_the_whole_does() {
     assert!(sooner as u64 > kernels / 50);
 }
 
+/// Random kernels without members, some of whose cells is heard.
+#[test]
+fn what_is_heard_apart_from_what_is_felt_does_what_the_whole_does() {
+    let wanted = std::env::var("WHIPPEN_KERNELS").ok();
+    let kernels = wanted.and_then(|text| text.parse().ok()).unwrap_or(3000);
+    let (mut cuts, mut sooner, mut crossing) = (0, 0, 0);
+    for seed in 0..kernels {
+        let mut kernel = random_kernel(seed);
+        let mut rng = Rng::new(seed ^ 0x50_0d);
+        if kernel.cells.is_empty() {
+            continue;
+        }
+        let channel = rng.below(kernel.cells.len() as u64) as usize;
+        kernel.cells[channel].name += CHANNEL;
+        let cycles_min = [1, if rng.chance(1, 2) { 1 } else { u64::MAX }];
+        let Some(parts) = split_sound_from(&kernel, cycles_min) else {
+            continue;
+        };
+        cuts += 1;
+        sooner += u64::from(parts.parts[0].role == Role::Early);
+        let to_sound = |wire: &Wire| wire.to.iter().any(|to| Some(to.part) == parts.heard());
+        crossing += u64::from(parts.wires.iter().any(to_sound));
+        assert!(!parts.has_members());
+        what_is_early_stands_alone(&parts);
+        what_is_heard_stands_alone(&parts);
+        compare(&kernel, &parts, &mut rng, &format!("seed {seed}"));
+    }
+    println!("{cuts} of {kernels} cut, {sooner} with an early part, {crossing} with wires to it");
+    assert!(cuts > kernels / 50 && sooner > kernels / 200 && crossing > kernels / 200);
+}
+
 /// It reads no sensor, and neither takes something of other parts nor leaves it for the head.
 fn what_is_early_stands_alone(parts: &Parts) {
     if parts.parts[0].role != Role::Early {

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use whippen_compiler::budget::Bounded;
+use whippen_compiler::budget::{Bounded, PartBound};
+use whippen_compiler::firmware::Role;
 
 use crate::cmd::count::count_keys;
 use crate::cmd::proof::{ImageProof, ProgramReport};
@@ -217,11 +218,17 @@ fn print_parts(bounded: &Bounded, out: &mut String) {
     }
     if let Some(helped) = &cut.helped {
         let [own, of_core1] = helped.members_cycles_max();
-        let _ = writeln!(
-            out,
-            "  {:>6}  core 0 with its members, {} until core 1 is done with its own",
-            own, of_core1
-        );
+        let is_member = |part: &PartBound| matches!(part.role, Role::Member(_));
+        let _ = match cut.parts.iter().any(is_member) {
+            true => writeln!(
+                out,
+                "  {own:>6}  core 0 with its members, {of_core1} until core 1 is done with its own"
+            ),
+            false => writeln!(
+                out,
+                "  {own:>6}  until core 0 has done the head, {of_core1} until core 1 has met it"
+            ),
+        };
         if let Some(sound) = helped.sound_cycles_max() {
             let _ = writeln!(out, "  {sound:>6}  core 1 with what is heard");
         }

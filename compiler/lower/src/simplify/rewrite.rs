@@ -294,7 +294,12 @@ impl<'a> Rewriter<'a> {
             let reciprocal = self.div(one, b);
             return self.mul(a, reciprocal);
         }
-        let ((ca, a), (cb, b)) = (self.scaled(a), self.scaled(b));
+        let (cb, b) = self.scaled(b);
+        let (ca, a) = match self.constant_of(a) {
+            // Constants divided by the same share one quotient.
+            Some(constant) => (constant, self.add(Node::Const(Real(1.0)))),
+            None => self.scaled(a),
+        };
         let quotient = self.add(Node::Div(a, b));
         self.linear(Sum::value(quotient).scaled(ca / cb))
     }
