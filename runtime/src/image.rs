@@ -11,7 +11,7 @@
 
 use whippen_compiler::firmware::{
     Coil, GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, Passivity, Setup,
-    divide_equally,
+    Velocities, divide_equally,
 };
 use whippen_compiler::image::{Place, places};
 use whippen_compiler::model::Sense;
@@ -147,6 +147,7 @@ fn setup_of_ports(
         coil: coil(device, f64::from(compiled.model.rate_hz)),
         passivity: passivity(device, f64::from(compiled.model.rate_hz))?,
         tuning: None,
+        fine_velocity: false,
     })
 }
 
@@ -307,25 +308,35 @@ fn mid_travel(sense: Option<&Sense>, port: &Port) -> [u16; 2] {
 pub fn midi(compiled: &Compiled) -> Midi {
     let events = &compiled.lowered.kernel.events;
     let find = |name: &str| events.iter().position(|event| event.name == name);
+    let speed_lsb = |at: usize| compiled.lowered.events[at].arg_lsbs.first().copied();
     // A velocity is made of an argument.
     let note = find("note").filter(|&at| events[at].args > 0);
-    let lsb = note.map_or(1.0, |at| compiled.lowered.events[at].arg_lsbs[0]);
+    let release = find("release");
+    let of_note = note.and_then(speed_lsb);
+    let index = |at: usize| at as u32;
+    Midi {
+        note: note.map(index),
+        release: release.map(index),
+        velocities: velocities(of_note.unwrap_or(1.0)),
+        release_velocities: release.and_then(speed_lsb).map(velocities),
+    }
+}
+
+/// Velocities by a speed in this unit (m/s).
+fn velocities(lsb: f64) -> Velocities {
     let step = |shift: u32| f64::from(1 << shift) * lsb;
     // The firmware shifts by one at least.
     let speed_shift = (1..24)
         .find(|&shift| 128.0 * step(shift) >= FASTEST_M_PER_S)
         .unwrap_or(24);
     let velocity = |index: usize| {
-        let speed = (index as f64 + 0.5) * step(speed_shift);
-        (64.0 + 30.0 * libm::log2(speed / MIDDLE_M_PER_S))
-            .round()
-            .clamp(1.0, 127.0) as u8
+        let speed = index as f64 * step(speed_shift);
+        let of_seven_bits = 64.0 + 30.0 * libm::log2(speed / MIDDLE_M_PER_S);
+        // Less than 128 would be the end of a note.
+        (128.0 * of_seven_bits).round().clamp(128.0, 16_383.0) as u16
     };
-    let index = |at: usize| at as u32;
-    Midi {
-        note: note.map(index),
-        release: find("release").map(index),
+    Velocities {
         speed_shift,
-        velocities: std::array::from_fn(velocity),
+        table: std::array::from_fn(velocity),
     }
 }

@@ -56,6 +56,9 @@ pub struct SetupArgs {
     device: Option<OsString>,
     #[command(flatten)]
     calibration: CalibrationArgs,
+    /// Notes have 14 bits of velocity over MIDI, seven of them in a control change 88 ahead of each
+    #[arg(long)]
+    fine_velocity: bool,
 }
 
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
@@ -84,6 +87,8 @@ pub struct ImageSetup {
     tuning: Option<SensorTuning>,
     /// Instructions for all modes of a key.
     mode_instructions: usize,
+    /// Whether notes have 14 bits of velocity.
+    fine_velocity: bool,
 }
 
 impl SetupArgs {
@@ -222,6 +227,7 @@ impl SetupArgs {
             board,
             tuning,
             mode_instructions: self.modes,
+            fine_velocity: self.fine_velocity,
         })
     }
 }
@@ -268,18 +274,22 @@ impl ImageSetup {
             board,
             tuning: None,
             mode_instructions: INSTRUCTIONS,
+            fine_velocity: false,
         })
     }
 
-    /// That no calibration is asked for where there is no image.
-    pub fn check_reads_raw(&self) -> Result<(), Failure> {
-        match self.tuning {
+    /// That nothing is asked for that only a firmware around the keys can do, where there is none.
+    pub fn check_asks_for_no_firmware(&self) -> Result<(), Failure> {
+        let asked = [
+            ("--calibration", self.tuning.is_some(), "sensors are"),
+            ("--fine-velocity", self.fine_velocity, "MIDI is"),
+        ];
+        match asked.into_iter().find(|(_, is_asked, _)| *is_asked) {
             None => Ok(()),
-            Some(_) => Err(Failure::Usage(
-                "--calibration is for whole images, .elf and .uf2: in other projects sensors are \
-                 theirs"
-                    .to_string(),
-            )),
+            Some((option, _, what)) => Err(Failure::Usage(format!(
+                "{option} is for whole images, .elf and .uf2, that play: elsewhere {what} not \
+                 Whippen's"
+            ))),
         }
     }
 
@@ -345,6 +355,7 @@ impl ImageSetup {
         let mut setup =
             setup(self.first(), &self.device, keys, cores, first_note).map_err(Failure::Usage)?;
         setup.tuning.clone_from(&self.tuning);
+        setup.fine_velocity = self.fine_velocity;
         let layout = self
             .layout
             .with_keys(keys)

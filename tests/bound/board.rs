@@ -3,7 +3,9 @@
 
 use std::collections::HashMap;
 
-use whippen_emulator::{Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, build};
+use whippen_emulator::{
+    Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, Uart, build,
+};
 use whippen_isa::timing::Rules;
 
 use crate::image::Image;
@@ -124,7 +126,7 @@ impl<'a> Board<'a> {
     }
 
     /// Plays words, so many ticks of all keys, counting from here on, while somebody turns the live
-    /// values to and fro.
+    /// values to and fro, by the mailbox and by MIDI.
     pub fn play(&mut self, words: Vec<u16>, alone: bool, watch: &mut Watch) {
         let ticks = words.len() / self.image.words_each_way();
         self.converter().samples.extend(words);
@@ -134,6 +136,7 @@ impl<'a> Board<'a> {
                 self.keep_alive();
             }
             self.set_a_live_value();
+            self.turn_a_controller();
             let now = (0..self.machine.cores())
                 .map(|core| self.machine.cycle(core))
                 .max()
@@ -167,6 +170,17 @@ impl<'a> Board<'a> {
             memory
                 .write(mailbox + at, &word.to_le_bytes())
                 .expect("memory");
+        }
+    }
+
+    /// A control change, whenever the one before has arrived, and one of no live value.
+    fn turn_a_controller(&mut self) {
+        let (port, now) = (self.ports.uarts[0], self.machine.cycle(0));
+        let uart: &mut Uart = self.machine.bus.device_mut(port).expect("the port");
+        if uart.input.is_empty() {
+            let [number, value] = [self.asked % 19, self.asked / 19 % 2];
+            uart.receive(&[0xb0, 102 + number as u8, 127 * value as u8], now);
+            self.machine.bus.reschedule(port);
         }
     }
 

@@ -5,6 +5,7 @@ mod bindings;
 mod command;
 mod debugger;
 mod image;
+mod midi;
 mod one_interface;
 mod origins;
 mod program;

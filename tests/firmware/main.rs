@@ -6,6 +6,7 @@ mod document;
 mod example;
 mod gnu;
 mod knob;
+mod midi;
 mod passivity;
 mod play;
 mod rig;

@@ -2,7 +2,7 @@
 
 use whippen_compiler::firmware::{
     CORES, CoreCode, GuardedDrive, GuardedPort, Instrument, Midi, Motor, ProgramCode, Setup,
-    build_image, core_block, key_guard,
+    Velocities, build_image, core_block, key_guard,
 };
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
@@ -70,6 +70,7 @@ pub fn setup() -> Setup {
         coil: None,
         passivity: None,
         tuning: None,
+        fine_velocity: false,
     }
 }
 
@@ -82,15 +83,16 @@ pub fn midi(kernel: &Kernel) -> Midi {
             .position(|event| event.name == name)
             .map(|index| index as u32)
     };
-    let mut velocities = [0; 128];
-    velocities
-        .iter_mut()
-        .enumerate()
-        .for_each(|(index, velocity)| *velocity = index.max(1) as u8);
+    let velocities = Velocities {
+        speed_shift: 8,
+        table: std::array::from_fn(|index| (128 * index).clamp(128, 16_383) as u16),
+    };
+    let release = event("release");
+    let has_speed = release.is_some_and(|index| kernel.events[index as usize].args > 0);
     Midi {
         note: event("note"),
-        release: event("release"),
-        speed_shift: 8,
+        release,
+        release_velocities: has_speed.then(|| velocities.clone()),
         velocities,
     }
 }

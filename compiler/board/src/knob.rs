@@ -72,8 +72,8 @@ impl Knob {
     fn contradiction(&self) -> Option<(&'static str, String)> {
         let wires = self.wires();
         for (at, (key, pin)) in wires.iter().enumerate() {
-            if *pin == 0 || *pin >= GPIO {
-                let what = format!("has pin {pin}, but must be of 1 to 29: pin 0 sends MIDI");
+            if *pin < 2 || *pin >= GPIO {
+                let what = format!("has pin {pin}, but must be of 2 to 29: 0 and 1 are MIDI");
                 return Some((key, what));
             }
             if let Some((other, _)) = wires[..at].iter().find(|(_, own)| own == pin) {

@@ -74,6 +74,7 @@ const RP2350: &[(&str, i64)] = &[
     // Without ROSC and XOSC, bits 2 and 3.
     ("PSM_STAGES", 0x01ff_fff3),
     ("RESETS", 0x4002_0000),
+    ("PADS_BANK", 0x4003_8000),
     ("RESET_UART", 1 << 26),
 ];
 
@@ -132,6 +133,7 @@ const TEXTS: &[Texts] = &[
             // Without ROSC and XOSC, bits 0 and 1.
             ("PSM_STAGES", 0x0001_fffc),
             ("RESETS", 0x4000_c000),
+            ("PADS_BANK", 0x4001_c000),
             ("RESET_UART", 1 << 22),
         ],
         devices: RP2_DEVICES,
@@ -285,6 +287,10 @@ const SHARED: &[Source<'static>] = &[
     Source {
         name: "firmware/midi.s",
         text: include_str!("midi.s"),
+    },
+    Source {
+        name: "firmware/midi_in.s",
+        text: include_str!("midi_in.s"),
     },
     Source {
         name: "firmware/silence.s",

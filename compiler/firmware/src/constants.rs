@@ -131,6 +131,7 @@ pub fn constants(
     put("CREDIT", passivity.credit.into());
     // A gain is less than 1 when less than a quarter to a half of the credit is left.
     put("CREDIT_SHIFT", u64::from(passivity.credit.ilog2() - 17));
+    put("FINE", setup.fine_velocity.into());
     put("TUNING", setup.tuning.is_some().into());
     if let Some(tuning) = &setup.tuning {
         tuning.check(setup)?;

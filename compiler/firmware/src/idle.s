@@ -5,11 +5,16 @@
         .global idle0
         .type   idle0, %function
 
-@ Core 0: parameters, and food for the watchdog as long as all cores get their ticks. An only core also sends events.
+@ Core 0: parameters, by mailbox or MIDI, and food for the watchdog as long as all cores get their ticks. An only core also sends
+@ events.
 idle0:  movs    r6, #0
         movs    r7, #0
 1:      wfe
         bl      mailbox_step
+        cmp     r0, #0
+        bne     2f
+        bl      midi_in_step            @ one of both a round: so much the other core's memory is visited
+2:
         .if     CORES == 1
         bl      midi_step
         .endif

@@ -76,6 +76,8 @@ pub struct Setup {
     pub passivity: Option<Passivity>,
     /// Through what sensors are read, where they are tuned on the board.
     pub tuning: Option<SensorTuning>,
+    /// Whether notes are sent with 14 bits of velocity, not seven.
+    pub fine_velocity: bool,
 }
 
 /// What a key may give beyond what it got, in any span of time, and how that is observed. The unit
@@ -109,10 +111,19 @@ pub struct Midi {
     pub note: Option<u32>,
     /// The event that ends a note.
     pub release: Option<u32>,
-    /// How far a speed is shifted right to be an index of the table.
+    /// Velocities of a note.
+    pub velocities: Velocities,
+    /// Velocities of its end, where that has a speed too: its first argument, up or down.
+    pub release_velocities: Option<Velocities>,
+}
+
+/// Velocities by speed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Velocities {
+    /// How far a speed is shifted right to be an index of the table, 1 to 24.
     pub speed_shift: u32,
-    /// Velocity by speed.
-    pub velocities: [u8; 128],
+    /// Velocities, 14 bits of them, rising, of the multiples of a shifted speed; lines between.
+    pub table: [u16; 129],
 }
 
 /// From a sensor word to the drive word of the same key (bytes), for so many words each way of a

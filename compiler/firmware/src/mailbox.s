@@ -16,6 +16,7 @@ resume: .word   0                       @ the program that was asked for last
         .endif
 
         .section .text.firmware.mailbox, "ax"
+@ R0: not 0 where somebody asks.
         .global mailbox_step
         .type   mailbox_step, %function
 mailbox_step:
@@ -23,8 +24,9 @@ mailbox_step:
         ldr     r4, =mailbox
         ldr     r2, [r4]
         ldr     r3, [r4, #12]
+        movs    r0, #0
         cmp     r2, r3
-        beq     9f
+        beq     8f
         dmb     sy
         ldr     r0, [r4, #4]
         ldr     r1, [r4, #8]
@@ -37,7 +39,8 @@ mailbox_step:
         dmb     sy
         ldr     r2, [r4]
         str     r2, [r4, #12]
-9:      pop     {r4, pc}
+9:      movs    r0, #1
+8:      pop     {r4, pc}
 
 @ int whippen_set(uint32_t parameter, int32_t value): 0, or 1 for no such parameter, 2 for a value out of its range, 3 while the
 @ value that was set before has not taken effect. A parameter is one word of each core's state. A single core has it between two

@@ -1,6 +1,7 @@
-@ Events to MIDI: `note` becomes note on, with a velocity by table from its speed, `release` note off.
+@ Events to MIDI: `note` becomes note on, with a velocity by table from its speed, `release` note off, with one from its speed where
+@ it has any. Velocities have 14 bits; the low seven of them go ahead of the message, as control change 88, where FINE says so.
 @
-@   ring of core 0, ring of core 1 -> message of three bytes -> serial port, a byte whenever it takes one
+@   ring of core 0, ring of core 1 -> message of three or six bytes -> serial port, a byte whenever it takes one
 @
 @ When a core plays another program, what the one before has emitted is sent first, then the end of every note that it left
 @ sounding.
@@ -11,7 +12,7 @@
 
         .section .bss.core1.midi, "aw", %nobits
         .balign 4
-message: .space 8                       @ bytes that are left, how many
+message: .space 12                      @ bytes that are left, how many
 reader0: .space 36                      @ the program whose events are read, and which keys sound, a bit each
         .if     CORES > 1
 reader1: .space 36
@@ -23,7 +24,7 @@ reader1: .space 36
 midi_step:
         push    {r4, r5, r6, lr}
         ldr     r4, =message
-        ldr     r5, [r4, #4]
+        ldr     r5, [r4, #8]
         cmp     r5, #0
         bne     1f
         ldr     r0, =core0
@@ -36,7 +37,7 @@ midi_step:
         ldr     r1, =reader1
         bl      take
         .endif
-1:      ldr     r5, [r4, #4]            @ as much as the port takes
+1:      ldr     r5, [r4, #8]            @ as much as the port takes
         cmp     r5, #0
         beq     9f
         bl      board_serial_ready
@@ -46,9 +47,14 @@ midi_step:
         uxtb    r0, r6
         bl      board_serial_send
         lsrs    r6, r6, #8
+        ldr     r0, [r4, #4]
+        lsls    r1, r0, #24
+        orrs    r6, r1
         str     r6, [r4]
+        lsrs    r0, r0, #8
+        str     r0, [r4, #4]
         subs    r5, #1
-        str     r5, [r4, #4]
+        str     r5, [r4, #8]
         b       1b
 9:      pop     {r4, r5, r6, pc}
 
@@ -88,39 +94,70 @@ zone:
         str     r7, [r5, #T_TAIL]
         ldr     r3, [r6, #R_RELEASE]
         cmp     r4, r3
-        beq     off
+        beq     release
         ldr     r3, [r6, #R_NOTE]
         cmp     r4, r3
         bne     none
         ldr     r3, [r6, #R_SHIFT]
-        asrs    r2, r3
-        bpl     1f
+        ldr     r4, [r6, #R_VELOCITIES]
+        cmp     r2, #0
+        bge     1f
         movs    r2, #0
-1:      cmp     r2, #127
-        bls     2f
-        movs    r2, #127
-2:      ldr     r4, [r6, #R_VELOCITIES]
-        ldrb    r4, [r4, r2]
+1:      bl      velocity
         bl      key_bit
         orrs    r7, r3
         movs    r2, #0x90
         b       put
-off:    bl      key_bit
+release:
+        ldr     r3, [r6, #R_RELEASE_SHIFT]
+        ldr     r4, [r6, #R_RELEASE_VELOCITIES]
+        cmp     r4, #0
+        beq     off
+        cmp     r2, #0                  @ upwards or downwards
+        bge     1f
+        rsbs    r2, r2, #0
+1:      bl      velocity
+        b       1f
+off:    ldr     r4, =64 << 7
+1:      bl      key_bit
         bics    r7, r3
         movs    r2, #0x80
-        movs    r4, #64
-put:    str     r7, [r5]
+put:    str     r7, [r5]                @ the message of R2, key R0 and velocity R4
         add     r0, r12
         adds    r0, #FIRST_NOTE
+        ldr     r5, =message
+        .if     FINE
+        lsls    r3, r4, #25
+        bne     fine
+        .else
+        adds    r4, #64                 @ to the nearest of seven bits
+        .endif
+        lsrs    r4, r4, #7
+        lsrs    r3, r4, #7              @ 127 at most
+        subs    r4, r4, r3
         lsls    r0, r0, #8
         orrs    r2, r0
         lsls    r4, r4, #16
         orrs    r2, r4
-        ldr     r4, =message
-        str     r2, [r4]
+        str     r2, [r5]
         movs    r0, #3
-        str     r0, [r4, #4]
+        str     r0, [r5, #8]
         pop     {r4-r7, pc}
+        .if     FINE
+fine:   lsrs    r3, r3, #9              @ control change 88: the low bits of the next note
+        lsls    r2, r2, #24
+        orrs    r3, r2
+        ldr     r2, =88 << 8 | 0xb0
+        orrs    r3, r2
+        str     r3, [r5]
+        lsrs    r4, r4, #7
+        lsls    r4, r4, #8
+        orrs    r4, r0
+        str     r4, [r5, #4]
+        movs    r0, #6
+        str     r0, [r5, #8]
+        pop     {r4-r7, pc}
+        .endif
 mark:   orrs    r7, r3                  @ no event: the ring goes on at its beginning
         adds    r7, #1
         str     r7, [r5, #T_TAIL]
@@ -150,6 +187,35 @@ none:   movs    r0, #0
         bcs     off
         adds    r0, #1
         b       2b
+
+@ R4: the velocity of the speed R2, by the table at R4 of one for each multiple of 2^R3, and lines between them.
+velocity:
+        mov     r5, r2
+        lsrs    r5, r3
+        cmp     r5, #127
+        bls     1f
+        movs    r5, #128
+        lsls    r5, r5, #1
+        ldrh    r4, [r4, r5]
+        bx      lr
+1:      mov     r7, r5
+        lsls    r7, r3
+        subs    r2, r2, r7
+        lsls    r5, r5, #1
+        adds    r5, r4, r5
+        ldrh    r4, [r5]
+        ldrh    r5, [r5, #2]
+        subs    r5, r5, r4
+        subs    r3, #8                  @ 1/256 of the way
+        bmi     2f
+        lsrs    r2, r3
+        b       3f
+2:      rsbs    r3, r3, #0
+        lsls    r2, r3
+3:      muls    r5, r2, r5
+        lsrs    r5, r5, #8
+        adds    r4, r4, r5
+        bx      lr
 
 @ Of the key R0, whose bits are at R1: R5 where they are, R7 the word, R3 its bit.
 key_bit:

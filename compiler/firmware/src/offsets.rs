@@ -77,7 +77,9 @@ offsets! {
         SHIFT = 20, "How far a speed is shifted right.";
         VELOCITIES = 24, "Velocities by speed.";
         MASK = 28, "Bytes of the ring, less 1.";
-        NEXT = 32, "The reader of the next zone.";
+        RELEASE_SHIFT = 32, "How far the speed of a release is shifted right.";
+        RELEASE_VELOCITIES = 36, "Velocities by that; 0 where a release has no speed.";
+        NEXT = 40, "The reader of the next zone.";
     }
     /// Offsets in what the firmware of a knob keeps (bytes).
     knob_block, "K_" {

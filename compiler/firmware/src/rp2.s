@@ -14,6 +14,19 @@ board_feed:
         str     r0, [r1, #4]            @ LOAD
         bx      lr
 
+@ R0: the byte that arrived, with 0x800 where those before it were lost, or other bits where it is of no use; -1 where there is none.
+        .global board_serial_take
+        .type   board_serial_take, %function
+board_serial_take:
+        ldr     r1, =UART
+        ldr     r0, [r1, #0x18]         @ UARTFR: RXFE
+        lsls    r0, r0, #27
+        bmi     1f
+        ldr     r0, [r1]                @ UARTDR
+        bx      lr
+1:      asrs    r0, r0, #31
+        bx      lr
+
 @ R0: not 0 where the serial port takes a byte. Core 1 asks, so this lies with its code.
         .section .text.core1.firmware.board, "ax"
         .global board_serial_ready
@@ -55,7 +68,7 @@ board_listen:
         .endif
         bx      lr
 
-@ UART0 on GPIO 0 at 31250 baud, its clock divided by 16 and by UART_DIVISOR. It leaves its reset only where clk_peri runs.
+@ UART0 on GPIO 0 and 1 at 31250 baud, its clock divided by 16 and by UART_DIVISOR. It leaves its reset only where clk_peri runs.
         .global board_serial
         .type   board_serial, %function
 board_serial:
@@ -73,11 +86,17 @@ board_serial:
         str     r1, [r0, #0x28]         @ UARTFBRD
         movs    r1, #0x70
         str     r1, [r0, #0x2c]         @ UARTLCR_H: 8 bits, FIFO
-        ldr     r1, =0x101
-        str     r1, [r0, #0x30]         @ UARTCR: enabled, transmits
+        ldr     r1, =0x301
+        str     r1, [r0, #0x30]         @ UARTCR: enabled, transmits, receives
+        ldr     r0, =PADS_BANK
+        movs    r1, #0x56
+        str     r1, [r0, #4]            @ GPIO 0 leaves isolation, where there is any
+        movs    r1, #0x5a
+        str     r1, [r0, #8]            @ so does GPIO 1, which is high where nobody drives it
         ldr     r0, =IO_BANK0
         movs    r1, #2
         str     r1, [r0, #4]            @ GPIO 0 is UART0 TX
+        str     r1, [r0, #12]           @ GPIO 1 is UART0 RX
         bx      lr
 
 @ The watchdog bites after WATCHDOG_LOAD counts without food, and then resets all but the oscillators. After reset WDSEL selects

@@ -70,7 +70,4 @@ board_clocks:
         str     r1, [r0, #0x34]
         movs    r1, #1
         str     r1, [r0, #0x30]
-        ldr     r0, =0x40038000         @ PADS_BANK0: GPIO 0 leaves isolation
-        movs    r1, #0x56
-        str     r1, [r0, #4]
         bx      lr

@@ -18,6 +18,22 @@ board_feed:
         str     r0, [r1]                @ KR
         bx      lr
 
+@ R0: the byte that arrived, with 0x800 where those before it were lost, or other bits where it is of no use; -1 where there is none.
+        .global board_serial_take
+        .type   board_serial_take, %function
+board_serial_take:
+        ldr     r1, =USART1
+        ldr     r0, [r1]                @ SR: RXNE
+        lsls    r2, r0, #26
+        bpl     1f
+        ldr     r1, [r1, #4]            @ DR
+        lsls    r0, r0, #28             @ PE, FE, NF; ORE: the next one was lost
+        lsrs    r0, r0, #16
+        orrs    r0, r1
+        bx      lr
+1:      mov     r0, #-1
+        bx      lr
+
 @ R0: not 0 where the serial port takes a byte.
         .global board_serial_ready
         .type   board_serial_ready, %function
@@ -94,24 +110,28 @@ board_clocks:
         bne     3b
         bx      lr
 
-@ USART1 on PA9 at 31250 baud, or what UART_DIVISOR says: half of the clock by eight times that, 84 MHz / 2688.
+@ USART1 on PA9 and PA10 at 31250 baud, or what UART_DIVISOR says: half of the clock by eight times that, 84 MHz / 2688.
         .global board_serial
         .type   board_serial, %function
 board_serial:
         ldr     r0, =USART1
         movw    r1, #8 * UART_DIVISOR
         str     r1, [r0, #8]            @ BRR
-        movw    r1, #1 << 13 | 1 << 3
-        str     r1, [r0, #0xc]          @ CR1: enabled, transmits
-        ldr     r0, =0x40020000         @ GPIOA: 9 is USART1_TX
+        movw    r1, #1 << 13 | 1 << 3 | 1 << 2
+        str     r1, [r0, #0xc]          @ CR1: enabled, transmits, receives
+        ldr     r0, =0x40020000         @ GPIOA: 9 is USART1_TX, 10 is USART1_RX
         ldr     r1, [r0]
-        bic     r1, r1, #3 << 18
-        orr     r1, r1, #2 << 18
+        bic     r1, r1, #15 << 18
+        orr     r1, r1, #10 << 18
         str     r1, [r0]                @ MODER
         ldr     r1, [r0, #0x24]
-        bic     r1, r1, #15 << 4
-        orr     r1, r1, #7 << 4
+        bic     r1, r1, #255 << 4
+        orr     r1, r1, #0x77 << 4
         str     r1, [r0, #0x24]         @ AFRH
+        ldr     r1, [r0, #0xc]
+        bic     r1, r1, #3 << 20
+        orr     r1, r1, #1 << 20
+        str     r1, [r0, #0xc]          @ PUPDR: high where nobody drives it
         bx      lr
 
 @ The watchdog bites after WATCHDOG_US without food: 32 kHz / 4. Its oscillator is between 17 and 47 kHz (21.3).

@@ -16,7 +16,7 @@ use super::{CORES, Instrument, zone_name};
 ///   tuning_coreM        one for the time in which sensors are tuned
 ///   lives               how many of all programs, then words on core 0 and core 1 (0 for none; or on the only core, twice), lowest and highest value of each
 ///   readerN_coreM       what their reader knows: the offsets R_.. name its words
-///   velocitiesN         128 bytes
+///   velocitiesN         129 halfwords, behind them those of releases where these have a speed
 /// ```
 pub(super) fn assembly(
     programs: &[ProgramCode],
@@ -91,16 +91,16 @@ fn readers(programs: &[ProgramCode], instruments: &[Instrument], split: bool) ->
             }
         }
         for (zone, of) in (0..).map(ZoneId).zip(&program.zones) {
+            let midi = instruments[of.instrument.index()].midi;
             line(&format!("{}:", velocities_name(number, zone)));
-            for row in instruments[of.instrument.index()]
-                .midi
-                .velocities
-                .chunks(16)
-            {
-                let bytes: Vec<String> = row.iter().map(u8::to_string).collect();
-                line(&format!("        .byte   {}", bytes.join(", ")));
+            let tables = [Some(&midi.velocities), midi.release_velocities.as_ref()];
+            for row in tables.iter().flatten().flat_map(|own| own.table.chunks(16)) {
+                let row: Vec<String> = row.iter().map(u16::to_string).collect();
+                line(&format!("        .short  {}", row.join(", ")));
             }
         }
+        // Another program's readers are words.
+        line("        .balign 4");
     }
     text
 }
@@ -218,14 +218,21 @@ impl Readers<'_> {
             (true, false) => ", 0".to_string(),
             (true, true) => format!(", {}", reader_name(number, core, at + 1)),
         };
+        let velocities = velocities_name(number, zone.of.zone);
+        let of_release = match &midi.release_velocities {
+            None => "0, 0".to_string(),
+            Some(own) => {
+                let behind = 2 * midi.velocities.table.len();
+                format!("{}, {velocities} + {behind}", own.speed_shift)
+            }
+        };
         format!(
             "{label}: .word {name}_state, {events}
-        .word   {event_bytes}, {note}, {release}, {shift}, {velocities}, {mask}{next}",
+        .word   {event_bytes}, {note}, {release}, {shift}, {velocities}, {mask}, {of_release}{next}",
             label = reader_name(number, core, at),
             note = event(midi.note),
             release = event(midi.release),
-            shift = midi.speed_shift,
-            velocities = velocities_name(number, zone.of.zone),
+            shift = midi.velocities.speed_shift,
         )
     }
 }

@@ -15,6 +15,8 @@ const RX: u32 = 1 << 4;
 const TX: u32 = 1 << 5;
 const TIMEOUT: u32 = 1 << 6;
 const OVERRUN: u32 = 1 << 10;
+/// With the first byte that was received after others found no room.
+const BEHIND_LOST: u16 = 1 << 11;
 
 /// A serial port. What the program sends is in `output`; what it is to receive is put into `input`.
 #[derive(Default)]
@@ -28,7 +30,7 @@ pub struct Uart {
     usart: Option<u32>,
     interrupt: usize,
     sending: VecDeque<u8>,
-    received: VecDeque<u8>,
+    received: VecDeque<u16>,
     /// The cycle in which the byte on the wire is over, each way.
     sent_at: u64,
     arrives_at: u64,
@@ -38,6 +40,8 @@ pub struct Uart {
     levels: u32,
     mask: u32,
     sticky: u32,
+    /// Whether a byte has found no room, and nothing was received since.
+    lost: bool,
     dma: u32,
     power: u32,
 }
@@ -50,6 +54,15 @@ impl Uart {
             levels: 0x12,
             ..Self::default()
         }
+    }
+
+    /// Has bytes arrive one frame after the other, the first of them at once where none is on its
+    /// way in this cycle.
+    pub fn receive(&mut self, bytes: &[u8], cycle: u64) {
+        if self.input.is_empty() {
+            self.arrives_at = self.arrives_at.max(cycle);
+        }
+        self.input.extend(bytes);
     }
 
     /// Whether the program may be given a byte by a DMA, or take one.
@@ -99,10 +112,15 @@ impl Uart {
             let Some(byte) = self.input.pop_front() else {
                 break;
             };
-            let room = self.received.len() < self.depth();
-            if room {
-                self.received.push_back(byte)
+            if self.received.len() < self.depth() {
+                let lost = if std::mem::take(&mut self.lost) {
+                    BEHIND_LOST
+                } else {
+                    0
+                };
+                self.received.push_back(u16::from(byte) | lost)
             } else {
+                self.lost = true;
                 self.sticky |= OVERRUN
             }
             self.arrives_at = cycle + frame.max(1);
@@ -311,6 +329,29 @@ mod tests {
         assert!(bus.lines.level(0, 33));
         assert_eq!(read(&mut port, 0, 20_000), u32::from(b'x'));
         assert!(!port.1.lines.level(0, 33));
+    }
+
+    /// 33 bytes arrive and nobody takes one; then there is room for two more.
+    #[test]
+    fn what_follows_a_lost_byte_says_so() {
+        let mut port = port();
+        at_115200(&mut port);
+        let frame = 13_020;
+        port.0.receive(&(0..35).collect::<Vec<u8>>(), 7);
+        let at = 7 + 32 * frame;
+        let pass = |port: &mut (Uart, Bus), until: u64| {
+            while port.0.due() <= until {
+                port.0.attend(port.0.due(), &mut port.1);
+            }
+        };
+        pass(&mut port, at - 1);
+        assert_eq!(read(&mut port, 0x18, at - 1) & 0x40, 0x40, "full");
+        assert_eq!(read(&mut port, 0x3c, at) & OVERRUN, OVERRUN);
+        let mut bytes: Vec<u32> = (0..2).map(|_| read(&mut port, 0, at)).collect();
+        pass(&mut port, at + 2 * frame);
+        bytes.extend((0..32).map(|_| read(&mut port, 0, at + 2 * frame)));
+        let told: Vec<u32> = (0..32).chain([33 | 1 << 11, 34]).collect();
+        assert_eq!(bytes, told);
     }
 
     #[test]

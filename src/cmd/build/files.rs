@@ -92,7 +92,7 @@ impl Files<'_> {
             return self.write_self_test(args);
         }
         if !args.output.is_image() {
-            self.setup.check_reads_raw()?;
+            self.setup.check_asks_for_no_firmware()?;
         }
         match args.output.kind {
             Kind::C | Kind::Wasm if args.map.is_some() || args.listing.is_some() => {

@@ -16,7 +16,7 @@ impl Files<'_> {
             let why = "--self-test makes an image, .elf or .uf2, with the key of one instrument";
             return Err(Failure::Usage(why.to_string()));
         };
-        setup.check_reads_raw()?;
+        setup.check_asks_for_no_firmware()?;
         setup.check_supported()?;
         let family = args.output.family(&setup.board)?;
         let instruments = setup.image_instruments()?;

@@ -22,16 +22,21 @@ impl Uart {
 
     pub(super) fn usart_word(&mut self, at: u32) -> Option<u32> {
         Some(match at {
-            // RXNE, TC, TXE.
+            // ORE, RXNE, TC, TXE.
             0x00 => {
                 let bits = [
+                    (3, self.lost),
                     (5, !self.received.is_empty()),
                     (6, self.sending.is_empty()),
                     (7, self.sending.len() < HELD),
                 ];
                 bits.iter().map(|(bit, set)| u32::from(*set) << bit).sum()
             }
-            0x04 => u32::from(self.received.pop_front().unwrap_or(0)),
+            // It ends ORE, which is seen in SR before: what is held came before the lost byte.
+            0x04 => {
+                self.lost = false;
+                u32::from(self.received.pop_front().unwrap_or(0) & 0xff)
+            }
             0x08 => self.power,
             0x0c => self.levels,
             0x10..=0x18 => 0,
@@ -68,6 +73,31 @@ impl Uart {
 mod tests {
     use super::super::*;
     use crate::board::{Board, CoreKind};
+
+    /// The second byte finds the first one still there.
+    #[test]
+    fn a_lost_byte_is_told() {
+        let (mut port, mut bus) = (
+            Uart::stm32(37, 2),
+            Bus::new(&Board::generic(CoreKind::CortexM4)).unwrap(),
+        );
+        let access = |offset, cycle| Access {
+            offset,
+            size: 4,
+            core: 0,
+            cycle,
+        };
+        for (at, value) in [(0x08, 2688), (0x0c, 1 << 13 | 1 << 2)] {
+            port.write(access(at, 0), value, &mut bus).unwrap();
+        }
+        port.receive(&[1, 2, 3], 1000);
+        let told = [(0, 1000, 0x20), (0, 54_759, 0x20), (0, 54_760, 0x28)];
+        let told = told.iter().chain(&[(4, 54_760, 1), (0, 54_760, 0)]);
+        for (offset, cycle, word) in told.chain(&[(0, 108_520, 0x20), (4, 108_520, 3)]) {
+            let found = port.read(access(*offset, *cycle), &mut bus).unwrap();
+            assert_eq!(found & 0x2f, *word, "{offset} at {cycle}");
+        }
+    }
 
     /// 31250 baud from 84 MHz in a core of 168 MHz: ten bits of 5376 cycles.
     #[test]
