@@ -209,8 +209,9 @@ impl Bus {
         }
     }
 
-    /// Resets all devices.
-    pub(crate) fn reset(&mut self) {
+    /// Resets pins and all devices that know how.
+    pub(crate) fn reset(&mut self, cycle: u64) {
+        self.pins.reset(cycle);
         let devices = self.slots.iter_mut().filter_map(|s| s.device.as_mut());
         devices.for_each(|device| device.reset());
     }

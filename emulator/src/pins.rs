@@ -26,6 +26,9 @@ pub(crate) enum Source {
     Pwm,
 }
 
+/// The function select of a pin that no function has.
+const NO_FUNCTION: u32 = 31;
+
 impl Source {
     const COUNT: usize = 5;
 
@@ -170,10 +173,22 @@ impl Pins {
             used: 0,
             changed: false,
         };
-        (0..layout.count).for_each(|pin| pins.set_pad(pin, layout.pad_reset & !ISOLATED, 0));
-        // Isolated pads hold what reset told them.
-        (0..layout.count).for_each(|pin| pins.set_pad(pin, layout.pad_reset, 0));
+        pins.reset_pads(0);
         pins
+    }
+
+    /// What a reset of the chip makes of pins: nobody drives them.
+    pub(crate) fn reset(&mut self, cycle: u64) {
+        (0..self.layout.count).for_each(|pin| self.set_function(pin, NO_FUNCTION, cycle));
+        self.reset_pads(cycle);
+    }
+
+    fn reset_pads(&mut self, cycle: u64) {
+        // Isolated pads hold what reset told them.
+        let told = self.layout.pad_reset;
+        for pad in [told & !ISOLATED, told] {
+            (0..self.layout.count).for_each(|pin| self.set_pad(pin, pad, cycle));
+        }
     }
 
     /// A board without pins that are known.

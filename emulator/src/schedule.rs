@@ -162,7 +162,7 @@ impl Machine {
         }
         if std::mem::take(&mut self.bus.lines.reset) {
             if std::mem::take(&mut self.bus.lines.reset_peripherals) {
-                self.bus.reset();
+                self.bus.reset(cycle);
             }
             return Err(Stop::Reset);
         }

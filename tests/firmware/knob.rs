@@ -1,163 +1,12 @@
 //! A knob on a Pico 2, whole: the image of the bundled program on the emulated chip, with models of
 //! sensor, driver and motor on its pins.
 
-use std::f64::consts::{PI, TAU};
-use std::sync::OnceLock;
+use std::f64::consts::TAU;
 
-use whippen_compiler::check::Options;
-use whippen_compiler::firmware::{FirmwareImage, core_block, knob_block};
-use whippen_compiler::front::compile_front;
-use whippen_compiler::image::Image;
-use whippen_compiler::keyboard::Layout;
-use whippen_compiler::modes::INSTRUCTIONS;
-use whippen_compiler::pipeline::{self, unobserved};
-use whippen_compiler::rate::Rate;
-use whippen_compiler::source::SourceMap;
-use whippen_emulator::{
-    BoardKind, ConverterSetup, DeviceId, Hand, Knob, KnobParts, KnobPins, Machine, MotorParameters,
-    Register, SensorFault, Stop, build,
-};
-use whippen_runtime::board;
-use whippen_runtime::device::Device;
-use whippen_runtime::image::{self, ImageInstrument};
+use whippen_compiler::firmware::{core_block, knob_block};
+use whippen_emulator::{Hand, Register, SensorFault};
 
-const CYCLES_PER_MS: u64 = 150_000;
-const PERIOD: u64 = 3400;
-/// What the start takes: looking, raising the field, a turn of it there and back.
-const START_MS: u64 = 540;
-
-/// As the bundled board and device say.
-const PINS: KnobPins = KnobPins {
-    select: 3,
-    clock: 2,
-    data: 4,
-    phases: [6, 7, 8],
-    enable: 9,
-    fault: 10,
-};
-const PARTS: KnobParts = KnobParts {
-    clock_hz: 150e6,
-    supply_v: 12.0,
-    trip_a: 2.5,
-    sensor_delay_s: 5e-6,
-    data_delay_cycles: 3,
-    motor: MotorParameters {
-        resistance_ohm: 5.0,
-        inductance_h: 1e-3,
-        // 1.5 * 7 * this is 63 mN*m/A.
-        flux_v_s: 0.006,
-        pole_pairs: 7,
-        inertia_kg_m2: 15e-6,
-        damping_n_m_s: 0.2e-3,
-        friction_n_m: 0.5e-3,
-        cogging_n_m: 0.0,
-        cogging_per_turn: 84,
-        offset_rad: 2.0,
-        reversed: false,
-    },
-    angle_rad: 1.0,
-};
-
-/// The bundled knob for the bundled board, built once.
-fn built() -> &'static FirmwareImage {
-    static BUILT: OnceLock<FirmwareImage> = OnceLock::new();
-    BUILT.get_or_init(|| {
-        let programs = whippen_compiler::bundled::INSTRUMENTS;
-        let program = programs.iter().find(|(name, _)| *name == "knob.whip");
-        let mut map = SourceMap::default();
-        map.add("knob.whip", program.expect("it is bundled").1);
-        let options = Options {
-            rate_hz: Rate::new(750_000, 17),
-            ..Options::default()
-        };
-        let (program, _) = compile_front(&mut map, &options);
-        let model = program.expect("it is correct").instruments.remove(0);
-        let device = Device::bundled("gimbal").expect("it is bundled");
-        let board = board::bundled("pico2_knob").expect("it is bundled");
-        let compiled = pipeline::compile(model, device.scales(), false).expect("it lowers");
-        let setup = image::setup(&compiled, &device, 1, board.cores, 21).expect("it is set up");
-        let parts = [
-            ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut unobserved)
-                .expect("it has modes"),
-        ];
-        let layout = Layout::of_one_instrument("knob", 1, 21);
-        let borrowed = ImageInstrument::borrow_all(&parts);
-        let built = pipeline::build(&layout, &borrowed, &setup, &board, &mut unobserved);
-        let built = built.unwrap_or_else(|e| panic!("{e}"));
-        let proof = pipeline::prove(&built, &board, setup.rate_hz, &mut unobserved);
-        let budget = &proof.unwrap_or_else(|e| panic!("{e}")).programs[0].budget;
-        assert!(budget.fits(), "{budget}");
-        built
-    })
-}
-
-/// A knob that has power.
-struct Bench {
-    machine: Machine,
-    knob: DeviceId,
-    image: &'static Image,
-}
-
-impl Bench {
-    fn new(parts: KnobParts) -> Bench {
-        let (kind, image) = (BoardKind::Rp2350, &built().image);
-        let (mut machine, _) =
-            build(kind, kind.board(), ConverterSetup::default()).expect("the board can be");
-        for segment in &image.segments {
-            let memory = &mut machine.bus.memory;
-            memory.write(segment.load, &segment.bytes).expect("memory");
-        }
-        let knob = Knob::attach(&mut machine.bus, PINS, parts);
-        machine.reset();
-        Bench {
-            machine,
-            knob,
-            image,
-        }
-    }
-
-    fn pass(&mut self, cycles: u64) {
-        let until = self.machine.cycle(0) + cycles;
-        assert_eq!(self.machine.run(until), Stop::Limit);
-    }
-
-    fn pass_ms(&mut self, ms: u64) {
-        self.pass(ms * CYCLES_PER_MS);
-    }
-
-    fn word(&self, symbol: &str, at: u32) -> i32 {
-        let found = self.image.symbols.iter().find(|own| own.name == symbol);
-        let mut bytes = [0; 4];
-        let memory = &self.machine.bus.memory;
-        let address = found.expect("it is there").address + at;
-        memory.read(address, &mut bytes).expect("memory");
-        i32::from_le_bytes(bytes)
-    }
-
-    fn faults(&self) -> i32 {
-        self.word("core0", core_block::FAULTS)
-    }
-
-    fn knob(&mut self) -> &mut Knob {
-        self.machine.bus.device_mut(self.knob).expect("a knob")
-    }
-
-    fn angle(&mut self) -> f64 {
-        self.knob().motor().angle_rad()
-    }
-
-    /// Which electrical angle the firmware takes the magnet's to be, and which it is.
-    fn electrical_error(&self, parts: &KnobParts) -> f64 {
-        let sign = if parts.motor.reversed { -1.0 } else { 1.0 };
-        let told = f64::from(self.word("knob", knob_block::OFFSET)) / 65_536.0 * TAU - PI;
-        assert_eq!(
-            self.word("knob", knob_block::TURN),
-            (sign * 4.0 * f64::from(parts.motor.pole_pairs)) as i32
-        );
-        let off = told - sign * parts.motor.offset_rad;
-        (off + PI).rem_euclid(TAU) - PI
-    }
-}
+use crate::knob_bench::{Bench, PARTS, PERIOD, PINS, START_MS};
 
 /// From wherever the knob stands, however its magnet and its phases are: the electrical angle is
 /// found within 5 degrees, which costs 0.4 % of the torque.
@@ -184,23 +33,6 @@ fn every_start_finds_the_motor() {
     });
 }
 
-/// What the hand must hold the knob with at an angle from its start (N*m).
-fn held(bench: &mut Bench, from: f64, angle_rad: f64) -> f64 {
-    const STIFFNESS: f64 = 2.0;
-    let begin = bench.knob().hand.place_rad;
-    for step in 1..=40 {
-        bench.knob().hand = Hand {
-            torque_n_m: 0.0,
-            stiffness: STIFFNESS,
-            damping: 5e-3,
-            place_rad: begin + (from + angle_rad - begin) * f64::from(step) / 40.0,
-        };
-        bench.pass_ms(1);
-    }
-    bench.pass_ms(20);
-    STIFFNESS * (from + angle_rad - bench.angle())
-}
-
 /// Detents, a stop, and the driver's fault while it plays.
 #[test]
 fn a_hand_feels_what_the_program_says() {
@@ -212,13 +44,13 @@ fn a_hand_feels_what_the_program_says() {
     // 8 h u (1 - 2 |u|) at h = 12 mN*m; friction of program and bearing is 2.5 mN*m.
     for (part, wanted) in [(0.125, 9e-3), (0.25, 12e-3), (-0.125, -9e-3)] {
         let place = part * 15_f64.to_radians();
-        let torque = held(&mut bench, from, place);
+        let torque = bench.held(from, place);
         // Where the hand's spring has let it: the law at the angle that is.
         println!("at {part} of a pitch: {torque} N*m, of {wanted}");
         assert!((torque - wanted).abs() < 3.5e-3, "{part}: {torque}");
     }
     // Let go in the next pitch it falls into that place.
-    held(&mut bench, from, 11_f64.to_radians());
+    bench.held(from, 11_f64.to_radians());
     bench.knob().hand = Hand::default();
     bench.pass_ms(150);
     let place = (bench.angle() - from).to_degrees();
@@ -265,7 +97,7 @@ fn a_stop_is_as_stiff_as_the_program_says() {
     let from = bench.angle();
     bench.knob().hand.place_rad = from;
     for quarter in 1..=4 {
-        held(&mut bench, from, f64::from(quarter) * 36_f64.to_radians());
+        bench.held(from, f64::from(quarter) * 36_f64.to_radians());
     }
     // 0.5 N*m/rad on top of the detent, of which a slope is between these two places.
     let [near, far] = [145.0_f64, 148.0].map(f64::to_radians);
@@ -275,7 +107,7 @@ fn a_stop_is_as_stiff_as_the_program_says() {
         0.096 * u * (1.0 - 2.0 * u.abs()) + 0.5 * (angle - 142.5_f64.to_radians())
     };
     for place in [near, far] {
-        let torque = held(&mut bench, from, place);
+        let torque = bench.held(from, place);
         let angle = bench.angle() - from;
         println!(
             "{} deg: {torque} N*m, of {}",

@@ -22,7 +22,7 @@ const RETIRED: &[(&str, &str, &[&str])] = &[
             "instruments/",
             "runtime/",
             "src/cmd/emulate",
-            "tests/firmware/knob.rs",
+            "tests/firmware/knob",
             "tests/it/emulate",
         ],
     ),

@@ -1,0 +1,206 @@
+//! A knob on a Pico 2 that has power: the image of a program on the emulated chip, with models of
+//! sensor, driver and motor on its pins.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::{Arc, OnceLock};
+
+use whippen_compiler::budget::Bounded;
+use whippen_compiler::check::Options;
+use whippen_compiler::firmware::{core_block, knob_block};
+use whippen_compiler::front::compile_front;
+use whippen_compiler::image::Image;
+use whippen_compiler::keyboard::Layout;
+use whippen_compiler::modes::INSTRUCTIONS;
+use whippen_compiler::pipeline::{self, unobserved};
+use whippen_compiler::rate::Rate;
+use whippen_compiler::source::SourceMap;
+use whippen_emulator::{
+    BoardKind, ConverterSetup, DeviceId, Hand, Knob, KnobParts, KnobPins, Machine, MotorParameters,
+    Observer, Stop, build,
+};
+use whippen_runtime::board;
+use whippen_runtime::device::Device;
+use whippen_runtime::image::{self, ImageInstrument};
+
+pub const CYCLES_PER_MS: u64 = 150_000;
+pub const PERIOD: u64 = 3400;
+/// What the start takes: looking, raising the field, a turn of it there and back.
+pub const START_MS: u64 = 540;
+
+/// As the bundled board and device say.
+pub const PINS: KnobPins = KnobPins {
+    select: 3,
+    clock: 2,
+    data: 4,
+    phases: [6, 7, 8],
+    enable: 9,
+    fault: 10,
+};
+pub const PARTS: KnobParts = KnobParts {
+    clock_hz: 150e6,
+    supply_v: 12.0,
+    trip_a: 2.5,
+    sensor_delay_s: 5e-6,
+    data_delay_cycles: 3,
+    motor: MotorParameters {
+        resistance_ohm: 5.0,
+        inductance_h: 1e-3,
+        // 1.5 * 7 * this is 63 mN*m/A.
+        flux_v_s: 0.006,
+        pole_pairs: 7,
+        inertia_kg_m2: 15e-6,
+        damping_n_m_s: 0.2e-3,
+        friction_n_m: 0.5e-3,
+        cogging_n_m: 0.0,
+        cogging_per_turn: 84,
+        offset_rad: 2.0,
+        reversed: false,
+    },
+    angle_rad: 1.0,
+};
+
+/// A program for the bundled board that is in time.
+pub struct Built {
+    pub image: Image,
+    pub bounded: Bounded,
+}
+
+/// Builds the only instrument of a text.
+pub fn build_knob(text: &str) -> Built {
+    let mut map = SourceMap::default();
+    map.add("knob.whip", text);
+    let options = Options {
+        rate_hz: Rate::new(750_000, 17),
+        ..Options::default()
+    };
+    let (program, diagnostics) = compile_front(&mut map, &options);
+    let program = program.unwrap_or_else(|| panic!("{diagnostics:#?}"));
+    let model = program.instruments.into_iter().next().expect("one");
+    let device = Device::bundled("gimbal").expect("it is bundled");
+    let board = board::bundled("pico2_knob").expect("it is bundled");
+    let compiled = pipeline::compile(model, device.scales(), false).expect("it lowers");
+    let setup = image::setup(&compiled, &device, 1, board.cores, 21).expect("it is set up");
+    let parts = [
+        ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut unobserved).expect("it has modes"),
+    ];
+    let layout = Layout::of_one_instrument("knob", 1, 21);
+    let borrowed = ImageInstrument::borrow_all(&parts);
+    let built = pipeline::build(&layout, &borrowed, &setup, &board, &mut unobserved);
+    let built = built.unwrap_or_else(|e| panic!("{e}"));
+    let proof = pipeline::prove(&built, &board, setup.rate_hz, &mut unobserved);
+    let mut proof = proof.unwrap_or_else(|e| panic!("{e}"));
+    let program = &mut proof.programs[0];
+    assert!(program.budget.fits(), "{}", program.budget);
+    Built {
+        image: built.image,
+        bounded: program.cores.swap_remove(0),
+    }
+}
+
+/// The bundled knob, built once.
+pub fn bundled() -> Arc<Built> {
+    static BUILT: OnceLock<Arc<Built>> = OnceLock::new();
+    let built = BUILT.get_or_init(|| {
+        let programs = whippen_compiler::bundled::INSTRUMENTS;
+        let program = programs.iter().find(|(name, _)| *name == "knob.whip");
+        Arc::new(build_knob(program.expect("it is bundled").1))
+    });
+    Arc::clone(built)
+}
+
+/// A knob that has power.
+pub struct Bench {
+    pub machine: Machine,
+    knob: DeviceId,
+    built: Arc<Built>,
+}
+
+impl Bench {
+    pub fn new(parts: KnobParts) -> Bench {
+        Bench::with(bundled(), parts)
+    }
+
+    pub fn with(built: Arc<Built>, parts: KnobParts) -> Bench {
+        let kind = BoardKind::Rp2350;
+        let (mut machine, _) =
+            build(kind, kind.board(), ConverterSetup::default()).expect("the board can be");
+        for segment in &built.image.segments {
+            let memory = &mut machine.bus.memory;
+            memory.write(segment.load, &segment.bytes).expect("memory");
+        }
+        let knob = Knob::attach(&mut machine.bus, PINS, parts);
+        machine.reset();
+        Bench {
+            machine,
+            knob,
+            built,
+        }
+    }
+
+    pub fn pass(&mut self, cycles: u64) {
+        let until = self.machine.cycle(0) + cycles;
+        assert_eq!(self.machine.run(until), Stop::Limit);
+    }
+
+    pub fn pass_ms(&mut self, ms: u64) {
+        self.pass(ms * CYCLES_PER_MS);
+    }
+
+    /// As [`Bench::pass`], observed.
+    pub fn pass_observed(&mut self, cycles: u64, observer: &mut impl Observer) {
+        let until = self.machine.cycle(0) + cycles;
+        assert_eq!(self.machine.run_observed(until, observer), Stop::Limit);
+    }
+
+    pub fn word(&self, symbol: &str, at: u32) -> i32 {
+        let mut symbols = self.built.image.symbols.iter();
+        let found = symbols.find(|own| own.name == symbol);
+        let mut bytes = [0; 4];
+        let memory = &self.machine.bus.memory;
+        let address = found.expect("it is there").address + at;
+        memory.read(address, &mut bytes).expect("memory");
+        i32::from_le_bytes(bytes)
+    }
+
+    pub fn faults(&self) -> i32 {
+        self.word("core0", core_block::FAULTS)
+    }
+
+    pub fn knob(&mut self) -> &mut Knob {
+        self.machine.bus.device_mut(self.knob).expect("a knob")
+    }
+
+    pub fn angle(&mut self) -> f64 {
+        self.knob().motor().angle_rad()
+    }
+
+    /// Moves the hand's place to this many radians from another one within 40 ms, and gives what
+    /// the hand must hold the knob with there (N*m).
+    pub fn held(&mut self, from: f64, angle_rad: f64) -> f64 {
+        const STIFFNESS: f64 = 2.0;
+        let begin = self.knob().hand.place_rad;
+        for step in 1..=40 {
+            self.knob().hand = Hand {
+                torque_n_m: 0.0,
+                stiffness: STIFFNESS,
+                damping: 5e-3,
+                place_rad: begin + (from + angle_rad - begin) * f64::from(step) / 40.0,
+            };
+            self.pass_ms(1);
+        }
+        self.pass_ms(20);
+        STIFFNESS * (from + angle_rad - self.angle())
+    }
+
+    /// Which electrical angle the firmware takes the magnet's to be, and which it is.
+    pub fn electrical_error(&self, parts: &KnobParts) -> f64 {
+        let sign = if parts.motor.reversed { -1.0 } else { 1.0 };
+        let told = f64::from(self.word("knob", knob_block::OFFSET)) / 65_536.0 * TAU - PI;
+        assert_eq!(
+            self.word("knob", knob_block::TURN),
+            (sign * 4.0 * f64::from(parts.motor.pole_pairs)) as i32
+        );
+        let off = told - sign * parts.motor.offset_rad;
+        (off + PI).rem_euclid(TAU) - PI
+    }
+}
