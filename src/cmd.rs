@@ -30,6 +30,7 @@ mod numbers;
 mod on_board;
 mod opened;
 mod option;
+mod own_firmware;
 mod page;
 mod point;
 mod progress;

@@ -10,7 +10,7 @@
 //! Not here: the firmware itself (the compiler), files.
 
 use whippen_compiler::firmware::{
-    Coil, GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, Passivity, Setup,
+    Coil, GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, OwnTexts, Passivity, Setup,
     Velocities, divide_equally,
 };
 use whippen_compiler::image::{Place, places};
@@ -148,6 +148,7 @@ fn setup_of_ports(
         passivity: passivity(device, f64::from(compiled.model.rate_hz))?,
         tuning: None,
         fine_velocity: false,
+        own_texts: OwnTexts::default(),
     })
 }
 

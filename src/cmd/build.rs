@@ -38,6 +38,9 @@ pub struct Args {
     /// ticks of the instrument's key, and tells them beside what is expected
     #[arg(long, conflicts_with = "unproven")]
     self_test: bool,
+    /// Also write the firmware's texts for the board into this folder, a start for --firmware
+    #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath, conflicts_with_all = ["firmware", "self_test"])]
+    firmware_texts: Option<PathBuf>,
     /// Also write where everything lies and how large it is
     #[arg(long, value_name = "FILE.map", value_hint = ValueHint::FilePath)]
     map: Option<PathBuf>,

@@ -3,7 +3,7 @@
 
 mod program;
 
-use whippen_compiler::budget::{NotBounded, Program as Bytes};
+use whippen_compiler::budget::Program as Bytes;
 use whippen_compiler::deadline_diagnostic::deadline_diagnostic;
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::FirmwareImage;
@@ -11,7 +11,8 @@ use whippen_compiler::pipeline::{self, unobserved};
 use whippen_runtime::image::ImageInstrument;
 
 pub use self::program::{ProgramReport, ZoneReport};
-use super::setup::{ImageSetup, not_bounded};
+use super::own_firmware::Unbounded;
+use super::setup::ImageSetup;
 use super::{load, progress};
 use crate::exit::{Failure, Outcome};
 use crate::say::tell;
@@ -28,7 +29,7 @@ pub fn check(
 ) -> Result<Option<String>, Failure> {
     match ImageProof::of(setup, instruments, image, setup.keys) {
         Err(error) if unproven => Ok(Some(format!("no bound: {error}"))),
-        Err(error) => Err(match not_bounded(&error) {
+        Err(error) => Err(match setup.not_bounded(&error) {
             Failure::Usage(message) => Failure::Usage(format!("{message}\n{ANYWAY}")),
             other => other,
         }),
@@ -80,7 +81,7 @@ impl<'a> ImageProof<'a> {
         keys: u32,
     ) -> Result<Self, Failure> {
         let image = setup.build_to_bound(instruments, keys)?;
-        Self::of(setup, instruments, image, keys).map_err(|error| not_bounded(&error))
+        Self::of(setup, instruments, image, keys).map_err(|error| setup.not_bounded(&error))
     }
 
     /// Bounds an image, which has so many keys.
@@ -92,11 +93,12 @@ impl<'a> ImageProof<'a> {
         instruments: &[ImageInstrument],
         image: FirmwareImage,
         keys: u32,
-    ) -> Result<Self, NotBounded> {
+    ) -> Result<Self, Unbounded> {
         let rate_hz = setup.first().model.rate_hz;
         let proof = progress::during(&format!("the proof of {keys} keys"), || {
             pipeline::prove(&image, &setup.board, rate_hz, &mut unobserved)
-        })?;
+        });
+        let proof = proof.map_err(|error| Unbounded::new(error, setup.own_texts(), &image))?;
         let all = setup.layout.programs.iter().zip(proof.programs);
         let programs =
             all.map(|(program, proof)| ProgramReport::new(setup, instruments, program, proof));

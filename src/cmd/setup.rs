@@ -6,10 +6,11 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 use whippen_compiler::board::Board;
-use whippen_compiler::budget::NotBounded;
 use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::Severity;
-use whippen_compiler::firmware::{self, FirmwareError, FirmwareImage, ImageError, SensorTuning};
+use whippen_compiler::firmware::{
+    self, FirmwareError, FirmwareImage, ImageError, OwnTexts, SensorTuning,
+};
 use whippen_compiler::image::LinkError;
 use whippen_compiler::keyboard::{InstrumentId, Layout, ZoneId};
 use whippen_compiler::model::Model;
@@ -26,6 +27,7 @@ use super::calibration::CalibrationArgs;
 use super::load;
 use super::opened::Opened;
 use super::option;
+use super::own_firmware::{FirmwareArgs, Unbounded, own_failure};
 use super::progress;
 use super::settings::SettingArgs;
 use crate::device;
@@ -59,6 +61,8 @@ pub struct SetupArgs {
     /// Notes have 14 bits of velocity over MIDI, seven of them in a control change 88 ahead of each
     #[arg(long)]
     fine_velocity: bool,
+    #[command(flatten)]
+    firmware: FirmwareArgs,
 }
 
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
@@ -89,6 +93,8 @@ pub struct ImageSetup {
     mode_instructions: usize,
     /// Whether notes have 14 bits of velocity.
     fine_velocity: bool,
+    /// What takes the place of the firmware's texts.
+    own_texts: OwnTexts,
 }
 
 impl SetupArgs {
@@ -102,6 +108,7 @@ impl SetupArgs {
         let board = self.board.iter().filter_map(|name| BOARD.file(name));
         let board = board.chain(device::file(self.device.as_deref()));
         let board = board.chain(self.calibration.files().cloned());
+        let board = board.chain(self.firmware.files());
         board.chain(self.settings.files()).collect()
     }
 
@@ -215,6 +222,7 @@ impl SetupArgs {
         let device = load::device(self.device.as_deref(), &map, program, models[0])?;
         let board = find_board(self.board.as_deref(), program.keyboards.first())?;
         let tuning = self.calibration.tuning(&device)?;
+        let own_texts = self.firmware.texts(&board)?;
         let compile = |&model: &&Model| load::compiled(&map, model.clone(), &device, false);
         let instruments = models.iter().map(compile).collect::<Result<_, _>>()?;
         Ok(ImageSetup {
@@ -228,6 +236,7 @@ impl SetupArgs {
             tuning,
             mode_instructions: self.modes,
             fine_velocity: self.fine_velocity,
+            own_texts,
         })
     }
 }
@@ -275,6 +284,7 @@ impl ImageSetup {
             tuning: None,
             mode_instructions: INSTRUCTIONS,
             fine_velocity: false,
+            own_texts: OwnTexts::default(),
         })
     }
 
@@ -283,6 +293,7 @@ impl ImageSetup {
         let asked = [
             ("--calibration", self.tuning.is_some(), "sensors are"),
             ("--fine-velocity", self.fine_velocity, "MIDI is"),
+            ("--firmware", !self.own_texts.is_empty(), "firmware is"),
         ];
         match asked.into_iter().find(|(_, is_asked, _)| *is_asked) {
             None => Ok(()),
@@ -323,7 +334,7 @@ impl ImageSetup {
 
     /// That there is a firmware for the board.
     pub fn check_supported(&self) -> Result<(), Failure> {
-        match firmware::support(&self.board) {
+        match firmware::support_with(&self.board, &self.own_texts) {
             Ok(_) => Ok(()),
             Err(why) => Err(self.image_failure(ImageError::Board(why))),
         }
@@ -356,6 +367,7 @@ impl ImageSetup {
             setup(self.first(), &self.device, keys, cores, first_note).map_err(Failure::Usage)?;
         setup.tuning.clone_from(&self.tuning);
         setup.fine_velocity = self.fine_velocity;
+        setup.own_texts.clone_from(&self.own_texts);
         let layout = self
             .layout
             .with_keys(keys)
@@ -366,7 +378,7 @@ impl ImageSetup {
         });
         image.map_err(|error| match error {
             BuildError::Image(error) => self.image_failure(error),
-            BuildError::Bound(error) => not_bounded(&error),
+            BuildError::Bound(error) => self.not_bounded(&error.into()),
         })
     }
 
@@ -379,7 +391,25 @@ impl ImageSetup {
         [self.board.cores, 255 * self.board.cores]
     }
 
+    /// Why an image has no bound: what its board says, or a mistake of the firmware's.
+    pub fn not_bounded(&self, why: &Unbounded) -> Failure {
+        let message = format!("no bound: {why}");
+        if why.error.is_the_boards() || !self.own_texts.is_empty() {
+            Failure::Usage(message)
+        } else {
+            Failure::Defect(message)
+        }
+    }
+
+    /// What takes the place of the firmware's texts.
+    pub fn own_texts(&self) -> &OwnTexts {
+        &self.own_texts
+    }
+
     fn image_failure(&self, error: ImageError) -> Failure {
+        if let Some(failure) = own_failure(&self.own_texts, &error) {
+            return failure;
+        }
         match error {
             ImageError::Link(error) => link_failure(error),
             ImageError::Code(error) => code_failure(error),
@@ -395,16 +425,6 @@ impl ImageSetup {
                 Failure::Usage(error.to_string())
             }
         }
-    }
-}
-
-/// Why an image has no bound: what its board says, or a mistake of the firmware's.
-pub fn not_bounded(error: &NotBounded) -> Failure {
-    let message = format!("no bound: {error}");
-    if error.is_the_boards() {
-        Failure::Usage(message)
-    } else {
-        Failure::Defect(message)
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use whippen_compiler::budget::{Bounded, Program};
-use whippen_compiler::firmware::{CORES, FirmwareImage};
+use whippen_compiler::firmware::{CORES, FirmwareImage, OwnText, OwnTexts};
 use whippen_compiler::image::{Board, MemoryKind};
 use whippen_compiler::keyboard::{CoreId, Layout};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes};
@@ -51,6 +51,16 @@ impl Image {
             .unwrap_or_else(|e| panic!("{e}"))
     }
 
+    /// With another text in place of a bundled one.
+    pub fn with_text(kind: BoardKind, compiled: Compiled, keys: u32, own: [&str; 2]) -> Image {
+        let board = board::bundled(kind.name()).expect("it is bundled");
+        let [name, text] = own.map(str::to_string);
+        let path = name.clone();
+        let own = OwnTexts::new([(name, OwnText { path, text })]).expect("its name is known");
+        Image::built((kind, board, kind.board()), Arc::new(compiled), keys, own)
+            .unwrap_or_else(|e| panic!("{e}"))
+    }
+
     /// Words that the other core looks up in a core's memory between two ticks.
     pub fn visits(&self, core: usize) -> u64 {
         match self.cores.len() {
@@ -66,8 +76,18 @@ impl Image {
         compiled: Arc<Compiled>,
         keys: u32,
     ) -> Result<Image, String> {
+        Image::built((kind, board, emulated), compiled, keys, OwnTexts::default())
+    }
+
+    fn built(
+        (kind, board, emulated): (BoardKind, Board, EmulatedBoard),
+        compiled: Arc<Compiled>,
+        keys: u32,
+        own_texts: OwnTexts,
+    ) -> Result<Image, String> {
         let device = Device::of(&compiled.model);
-        let setup = setup_to_bound(&compiled, &device, keys, board.cores, 21).expect("a setup");
+        let mut setup = setup_to_bound(&compiled, &device, keys, board.cores, 21).expect("a setup");
+        setup.own_texts = own_texts;
         let layout = Layout::of_one_instrument(&compiled.model.name, keys, 21);
         let instrument = ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut unobserved)
             .unwrap_or_else(|e| panic!("{e:?}"));

@@ -285,6 +285,51 @@ fn a_late_image_waits_for_the_converter_besides() {
     println!("{file}, late: key {key}, frame {frame}");
 }
 
+/// A board's text of one's own, whose loop runs another number of times in each tick.
+#[test]
+fn nor_with_texts_of_ones_own() {
+    let text = include_str!("../../compiler/firmware/src/converter.s");
+    let own = text.replace(
+        "\nboard_end:\n",
+        "\nboard_end:
+        ldr     r1, =CONVERTER
+        ldr     r0, [r1, #0x1c]
+        movs    r1, #63
+        ands    r0, r1
+        adds    r0, #1
+@! rounds 64
+1:      subs    r0, #1
+        bne     1b
+",
+    );
+    for kind in BoardKind::ALL {
+        let images = [["converter.s", text], ["converter.s", &own]].map(|own| {
+            let organ = instruments()
+                .into_iter()
+                .find(|own| own.model.name == "hammond");
+            Image::with_text(kind, organ.expect("it is bundled"), KEYS as u32, own)
+        });
+        let frames = images.each_ref().map(|image| {
+            let (mut board, mut watch) = (Board::new(image), Watch::new(image));
+            let mut source = noise(13, KEYS);
+            board.play(source(0).repeat(START), false, &mut Watch::new(image));
+            let words = (0..4 * ticks()).flat_map(&mut *source).collect();
+            board.play(words, false, &mut watch);
+            board.has_stack_left();
+            let cores = image.cores.iter().enumerate();
+            let frames = cores.map(|(core, bounds)| {
+                let (_, frame) = holds(image, &watch, core, &bounds.contended, image.visits(core));
+                [frame, bounds.contended.handler.cycles_max]
+            });
+            frames.collect::<Vec<_>>()
+        });
+        println!("{}: frame, of: {frames:?}", kind.name());
+        for (usual, own) in frames[0].iter().zip(&frames[1]) {
+            assert!(own[0] > usual[0] + 100, "{frames:?}");
+        }
+    }
+}
+
 #[test]
 fn instruments_with_several_ports() {
     for file in ["two-axis-spring.whip", "pad.whip", "dial-and-lever.whip"] {

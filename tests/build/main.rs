@@ -8,6 +8,7 @@ mod image;
 mod midi;
 mod one_interface;
 mod origins;
+mod own_firmware;
 mod program;
 mod proven;
 mod relocatable;

@@ -1,8 +1,8 @@
 //! A whole firmware on the emulated board: built, linked, started, fed with sensor words.
 
 use whippen_compiler::firmware::{
-    CORES, CoreCode, GuardedDrive, GuardedPort, Instrument, Midi, Motor, ProgramCode, Setup,
-    Velocities, build_image, core_block, key_guard,
+    CORES, CoreCode, GuardedDrive, GuardedPort, Instrument, Midi, Motor, OwnTexts, ProgramCode,
+    Setup, Velocities, build_image, core_block, key_guard,
 };
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
@@ -71,6 +71,7 @@ pub fn setup() -> Setup {
         passivity: None,
         tuning: None,
         fine_velocity: false,
+        own_texts: OwnTexts::default(),
     }
 }
 

@@ -83,6 +83,15 @@ pub enum NotBounded {
         /// Its handler.
         address: u32,
     },
+    /// A core runs code of a section that is counted as another one's.
+    Elsewhere {
+        /// Where.
+        address: u32,
+        /// The section.
+        section: String,
+        /// Which core.
+        core: usize,
+    },
     /// What is fetched or accessed may be in memory whose time nobody knows.
     UnknownTime(UnknownTime),
     /// The stack of a core may grow into what lies below it.
@@ -130,6 +139,7 @@ impl NotBounded {
             | Self::Unsettled { address }
             | Self::Interrupts { address }
             | Self::FloatingPoint { address }
+            | Self::Elsewhere { address, .. }
             | Self::Return { address } => Some(*address),
             Self::NoRounds { head } => Some(*head),
             Self::Irreducible { entries } => Some(entries[0]),
@@ -207,6 +217,16 @@ impl fmt::Display for NotBounded {
                     "the handler at {address:#010x} may interrupt a tick, and how often is not known"
                 )
             }
+            Self::Elsewhere {
+                address,
+                section,
+                core,
+            } => write!(
+                f,
+                "core {core} runs the code at {address:#010x}, in `{section}`, whose fetches are \
+                 counted as another core's or the start's: put what a tick calls into \
+                 `.text.frame`, and what core 1 runs between ticks into `.text.core1.firmware`"
+            ),
             Self::UnknownTime(access) => access.fmt(f),
             Self::StackRoom { needed, room, end } => write!(
                 f,

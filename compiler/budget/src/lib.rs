@@ -34,6 +34,7 @@ mod graph;
 mod idle;
 mod longest;
 mod memory;
+mod only;
 mod order;
 mod parts;
 mod program;

@@ -21,6 +21,7 @@ use whippen_isa::timing::{Core, Evidence};
 use super::calls::{Calls, Costs, KnownCalls};
 use super::idle::Idle;
 use super::memory::{Interference, Reach, Waits};
+use super::only::only_handler;
 use super::parts::CutBound;
 use super::program::Program;
 use super::tick::{Tick, ticks};
@@ -29,7 +30,7 @@ use super::waiting::{Tally, WaitCause, Waited};
 use super::{Annotations, Bound, ByContention, NotBounded, Query, bound};
 use whippen_arm::thumb::{self, Points};
 use whippen_board::Board;
-use whippen_firmware::{CoreCode, DEAD, RUNNING, Running};
+use whippen_firmware::{CoreCode, RUNNING, Running};
 use whippen_keyboard::CoreZone;
 
 /// Words that an exception saves and restores.
@@ -277,7 +278,9 @@ impl<'a> OnCore<'a> {
             bases: self.stack_base()?,
             ..self.program.annotations.clone()
         };
-        bound(&self.query(handler, &annotations))
+        let query = self.query(handler, &annotations);
+        self.runs_only_its_own(&query)?;
+        bound(&query)
     }
 
     /// What runs between ticks.
@@ -287,7 +290,9 @@ impl<'a> OnCore<'a> {
             bases: self.stack_base()?,
             ..self.program.annotations.clone()
         };
-        Idle::of(&self.query(find(self.program, self.running.idle)?, &sleeping))
+        let query = self.query(find(self.program, self.running.idle)?, &sleeping);
+        self.runs_only_its_own(&query)?;
+        Idle::of(&query)
     }
 
     /// Where the table of vectors lies.
@@ -481,17 +486,4 @@ pub(super) fn find(program: &Program, name: &str) -> Result<u32, NotBounded> {
         .ok_or_else(|| NotBounded::NoSymbol {
             name: name.to_string(),
         })
-}
-
-/// Whatever a core's table of vectors holds leads to the handler or to the end.
-fn only_handler(program: &Program, running: &Running, handler: u32) -> Result<(), NotBounded> {
-    let (table, dead) = (find(program, running.vectors)?, find(program, DEAD)?);
-    // The first two words are not used after the start.
-    for at in program.words_of(table).skip(2) {
-        let vector = program.code.word(at).unwrap_or(0) & !1;
-        if vector != 0 && vector != handler && vector != dead {
-            return Err(NotBounded::Interrupts { address: vector });
-        }
-    }
-    Ok(())
 }

@@ -6,6 +6,7 @@ use whippen_arm::asm::Source;
 use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
+use super::own::{BOARD, BOARD_TICK, OwnTexts};
 use super::ports::Guards;
 
 /// The firmware of a board: texts for its start, and the board that they are assembled for.
@@ -13,8 +14,10 @@ use super::ports::Guards;
 pub struct Support<'a> {
     /// `board_begin` and `board_end`, assembled for each core.
     pub tick: Source<'a>,
-    /// Everything else.
+    /// Everything else, but for what is the user's own.
     pub rest: &'a [Source<'a>],
+    /// What takes the place of bundled texts.
+    pub own: &'a OwnTexts,
     /// Constants of these texts besides the board's facts.
     pub constants: &'a [(&'a str, i64)],
     /// What is known of the chip and its board.
@@ -175,14 +178,15 @@ impl fmt::Display for Unsupported {
                 f,
                 "there is no firmware for `{name}`: whole images are made for boards like rp2350 \
                  (two Cortex-M33, an image definition at the start), rp2040 (two Cortex-M0+, a \
-                 second stage there) and stm32f4 (one Cortex-M4, vectors)"
+                 second stage there) and stm32f4 (one Cortex-M4, vectors), and for others with \
+                 texts of your own, `{BOARD}` and `{BOARD_TICK}` in a folder for --firmware"
             ),
             Unsupported::Clock(own, set) => {
                 let [own, set] = [own, set].map(|hz| frequency(*hz));
                 write!(
                     f,
                     "the board's clock is {own}, but the start of its firmware sets {set}: write \
-                     `clock = \"{set}\"`"
+                     `clock = \"{set}\"`, or give --firmware a text with another `board_clocks`"
                 )
             }
             Unsupported::Device(name) => write!(
@@ -207,31 +211,76 @@ fn frequency(hz: u32) -> String {
 /// # Errors
 /// There is none, or the board contradicts it.
 pub fn support(board: &Board) -> Result<Support<'_>, Unsupported> {
+    support_with(board, OwnTexts::NONE)
+}
+
+/// As [`support`], with texts in place of bundled ones.
+///
+/// # Errors
+/// There is none, or the board contradicts it.
+pub fn support_with<'a>(board: &'a Board, own: &'a OwnTexts) -> Result<Support<'a>, Unsupported> {
     let of_board = |texts: &&Texts| {
         (texts.arch, texts.cores, texts.start, texts.knob)
             == (board.arch, board.cores, board.start, board.knob.is_some())
     };
-    let texts = TEXTS
-        .iter()
-        .find(of_board)
+    let found = TEXTS.iter().find(of_board);
+    let own_tick = own.named(BOARD_TICK);
+    let has_all = own_tick.is_some() && own.named(BOARD).is_some();
+    let texts = found
+        .or(has_all.then_some(&NO_TEXTS))
         .ok_or_else(|| Unsupported::Start(board.name.clone()))?;
-    if texts.clock_hz != board.clock_hz {
+    let support = Support {
+        tick: own_tick.unwrap_or_else(|| own.instead_of(texts.tick)),
+        rest: texts.rest,
+        own,
+        constants: texts.constants,
+        board,
+    };
+    let mut sources = support.rest();
+    sources.push(support.tick);
+    let sets_clocks = |source: &&Source| source.text.contains("\nboard_clocks:");
+    let bundled = texts.rest.iter().find(sets_clocks);
+    let is_bundled = |source: &Source| bundled.is_some_and(|own| own.name == source.name);
+    if texts.clock_hz != board.clock_hz && sources.iter().any(is_bundled) {
         return Err(Unsupported::Clock(board.clock_hz, texts.clock_hz));
     }
-    let missing = |name: &&&str| board.device(name).is_none();
+    let is_needed = |name: &str| {
+        let constant = name.to_uppercase();
+        sources.iter().any(|source| source.text.contains(&constant))
+    };
+    let missing = |name: &&&str| board.device(name).is_none() && is_needed(name);
     if let Some(name) = texts.devices.iter().find(missing) {
         return Err(Unsupported::Device(name));
     }
-    Ok(Support {
-        tick: texts.tick,
-        rest: texts.rest,
-        constants: texts.constants,
-        board,
-    })
+    Ok(support)
 }
+
+/// Of a board that has none: all are the user's.
+const NO_TEXTS: Texts = Texts {
+    arch: Arch::V8M,
+    cores: 1,
+    start: Start::Vectors,
+    knob: false,
+    clock_hz: 0,
+    tick: CONVERTER,
+    rest: &[],
+    constants: &[],
+    devices: &[],
+};
 
 /// Bits per second of MIDI.
 const MIDI_BAUD: u32 = 31_250;
+
+impl<'a> Support<'a> {
+    /// The texts outside of a tick.
+    pub(super) fn rest(&self) -> Vec<Source<'a>> {
+        let (own, rest) = (self.own, self.rest);
+        match own.named(BOARD) {
+            Some(all) => vec![all],
+            None => rest.iter().map(|source| own.instead_of(*source)).collect(),
+        }
+    }
+}
 
 impl Support<'_> {
     /// The constants that the board gives the texts.
@@ -374,11 +423,28 @@ pub(super) fn shared<'a>(
     cores: usize,
 ) -> impl Iterator<Item = Source<'a>> + use<'a> {
     let core1 = (cores > 1).then_some(CORE1);
-    SHARED
+    let own = board.own;
+    let shared = SHARED.iter().copied().chain(core1);
+    shared
+        .map(|source| own.instead_of(source))
+        .chain(board.rest())
+}
+
+/// Every bundled text of a firmware, some several times.
+pub(super) fn bundled_texts() -> impl Iterator<Item = Source<'static>> {
+    let of_boards = TEXTS
         .iter()
+        .flat_map(|texts| texts.rest.iter().chain([&texts.tick]));
+    let frames = FRAME.iter().chain(SMALL_FRAME).chain([&PORTS, &CORE1]);
+    let mut all: Vec<Source> = SHARED
+        .iter()
+        .chain(frames)
+        .chain(of_boards)
         .copied()
-        .chain(core1)
-        .chain(board.rest.iter().copied())
+        .collect();
+    all.sort_by_key(|source| source.name);
+    all.dedup_by_key(|source| source.name);
+    all.into_iter()
 }
 
 /// The frame of a core, one text after the other: of keys, or of an instrument with ports.
@@ -389,7 +455,9 @@ pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards) -> Vec<Source<'a>> 
         (Guards::Ports, Arch::V6M) => &[EXCEPTIONS, SMALL_TICK, LATCH, ALARM, SOUND, PORTS],
         (Guards::Ports, _) => &[EXCEPTIONS, TICK, LATCH, ALARM, SOUND, PORTS],
     };
-    own.iter().copied().chain([board.tick]).collect()
+    let texts = board.own;
+    let own = own.iter().map(|source| texts.instead_of(*source));
+    own.chain([board.tick]).collect()
 }
 
 /// The frame in the instructions of ARMv6-M.

@@ -21,7 +21,7 @@ use super::near::{check_stack, place_near};
 use super::parts::{Cut, InParts};
 use super::ports::Guards;
 use super::sound::channels;
-use super::{FirmwareError, Midi, RUNNING, Setup, Unsupported, objects, support};
+use super::{FirmwareError, Midi, RUNNING, Setup, Unsupported, objects, support_with};
 
 /// An image that starts by itself, and where the states of its keys have what.
 #[derive(Debug, Clone)]
@@ -171,7 +171,7 @@ pub fn build_divided(
     board: &Board,
     division: &[usize],
 ) -> Result<FirmwareImage, ImageError> {
-    let support = support(board).map_err(ImageError::Board)?;
+    let support = support_with(board, &setup.own_texts).map_err(ImageError::Board)?;
     check_ports(layout, instruments, setup)?;
     check_keys(layout, setup).map_err(ImageError::Firmware)?;
     let mut programs =

@@ -26,6 +26,7 @@ mod knob;
 mod near;
 mod objects;
 mod offsets;
+mod own;
 mod parts;
 mod ports;
 mod running;
@@ -36,7 +37,7 @@ mod tuning;
 mod wires;
 mod zones;
 
-pub use boards::{Support, Unsupported, support};
+pub use boards::{Support, Unsupported, support, support_with};
 pub use code::{CoreCode, ProgramCode, ZoneCode, is_split, with_values_from};
 pub use constants::constants;
 pub use error::FirmwareError;
@@ -46,6 +47,7 @@ pub use image::{
 pub use knob::Coil;
 pub use objects::{frame_constants, objects, sources};
 pub use offsets::{FAULTS, Fault, core_block, key_guard, knob_block};
+pub use own::{OwnText, OwnTexts, UnknownText, all_texts, text_name};
 pub use parts::{
     Cut, DONE, EARLY, FINISHED, InParts, LATE, LED, LEFT, MEET, MEMBERS, POLL, PartCode, UNMET,
     WAIT, WENT,
@@ -78,6 +80,8 @@ pub struct Setup {
     pub tuning: Option<SensorTuning>,
     /// Whether notes are sent with 14 bits of velocity, not seven.
     pub fine_velocity: bool,
+    /// What takes the place of bundled texts.
+    pub own_texts: OwnTexts,
 }
 
 /// What a key may give beyond what it got, in any span of time, and how that is observed. The unit

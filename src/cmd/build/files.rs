@@ -11,6 +11,7 @@ use whippen_runtime::image::ImageInstrument;
 use whippen_runtime::web;
 
 use super::Args;
+use crate::cmd::own_firmware::TextFiles;
 use crate::cmd::proof;
 use crate::cmd::setup::ImageSetup;
 use crate::exit::{Failure, Outcome};
@@ -92,6 +93,10 @@ impl Files<'_> {
             return self.write_self_test(args);
         }
         if !args.output.is_image() {
+            if args.firmware_texts.is_some() {
+                let why = "--firmware-texts writes what is in a whole image, .elf or .uf2";
+                return Err(Failure::Usage(why.to_string()));
+            }
             self.setup.check_asks_for_no_firmware()?;
         }
         match args.output.kind {
@@ -137,6 +142,9 @@ impl Files<'_> {
         let setup = self.setup;
         setup.check_supported()?;
         let family = args.output.family(&setup.board)?;
+        let texts = args.firmware_texts.as_deref();
+        let texts = texts.map(|folder| TextFiles::new(folder, &setup.board));
+        let texts = texts.transpose()?;
         let instruments = setup.image_instruments()?;
         let built = setup.build(&instruments)?;
         let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());
@@ -149,6 +157,7 @@ impl Files<'_> {
             None => executable(&image, &variables, why),
         };
         put(path, &file)?;
+        texts.map_or(Ok(()), |texts| texts.write())?;
         self.report_image(path, &image, &keys);
         if let Some(why) = why {
             say!("it is not proven to be in time, and says so: {why}");
