@@ -12,6 +12,7 @@
 mod board;
 mod gdb;
 mod image;
+mod knob;
 mod ports;
 mod profile;
 mod report;
@@ -58,10 +59,12 @@ impl Args {
             .reads(&self.what.input)
             .reads(&self.what.memory_files())
             .reads(devices.serial_in.iter().chain(&devices.sense))
+            .reads(&self.on.knob.files())
             .writes("--trace", trace, &[])
             .writes("--profile", &self.outputs.profile, &["json"])
             .writes("--drive", &devices.drive, &[])
             .writes("--vcd", &devices.vcd, &["vcd"])
+            .writes("--out", &self.on.knob.out, &["csv"])
     }
 }
 
@@ -133,6 +136,8 @@ struct On {
     shifted_flags: u8,
     #[command(flatten)]
     devices: Devices,
+    #[command(flatten)]
+    knob: knob::KnobArgs,
 }
 
 /// What is at the other end of a board's devices.
@@ -206,6 +211,10 @@ Examples:
   # Both cores of an RP2350 serve 88 keys: sensor words in, drive words out, overruns counted.
   whippen emulate firmware.elf --board rp2350 --sense words.bin --drive drive.bin
 
+  # A knob in the hand: sensor, driver and motor on the pins of a Pico 2.
+  whippen build instruments/knob.whip --board pico2_knob --device gimbal --tick-rate 150MHz/3400 -o knob.elf
+  whippen emulate knob.elf --board rp2350 --knob pico2_knob --motion turn.csv --out knob.csv --vcd knob.vcd
+
   # Debug it.
   whippen emulate firmware.elf --gdb 3333 &
   gdb-multiarch firmware.elf -ex 'target remote :3333'
@@ -239,6 +248,7 @@ pub fn run(args: &Args) -> Outcome {
         args.on.devices.write_drive(&image.machine, ports)?;
         args.on.devices.write_pins(&mut image.machine)?;
     }
+    args.on.knob.write(image.knob.as_ref())?;
     report::print(&image, &task, &end, &args.outputs)?;
     if end.succeeded() {
         Ok(())

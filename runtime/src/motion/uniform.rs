@@ -1,13 +1,18 @@
 //! From samples at given times to samples at one rate.
 //!
 //! Times that stay within one hundredth of a step of an even grid are that grid. Others are
-//! interpolated (smoothly and without overshoot) onto an even grid at the median rate, and a note
-//! says so.
+//! interpolated (smoothly and without overshoot) onto an even grid, and a note says so. Its step is
+//! the median, as clocks of recordings jitter; where steps are very different, as in a table of a
+//! few corners written by hand, it is the shortest, so that no corner is lost.
 
 use super::pchip::Pchip;
 
 /// Largest distance of a time from its place on an even grid, in steps.
 const TOLERANCE: f64 = 0.01;
+/// Steps are very different where the longest is more than so many of the shortest.
+const JITTER: f64 = 2.5;
+/// Samples that corners may take, in rows and besides.
+const CORNERS: [f64; 2] = [8.0, 10_000.0];
 
 /// Samples at one rate.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,8 +65,14 @@ fn interpolated(times_s: &[f64], samples: Vec<f64>, limit: usize) -> Result<Unif
     let (first, last) = (times_s[0], times_s[times_s.len() - 1]);
     let mut steps: Vec<f64> = times_s.windows(2).map(|w| w[1] - w[0]).collect();
     let longest = steps.iter().copied().fold(0.0, f64::max);
+    let shortest = steps.iter().copied().fold(f64::INFINITY, f64::min);
     let middle = steps.len() / 2;
-    let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let corners = CORNERS[0] * times_s.len() as f64 + CORNERS[1];
+    let step = match longest > JITTER * shortest && (last - first) / shortest <= corners {
+        true => shortest,
+        false => median,
+    };
     let count = ((last - first) / step + 1e-6).floor() + 1.0;
     if count > limit as f64 {
         return Err(format!(
@@ -76,7 +87,7 @@ fn interpolated(times_s: &[f64], samples: Vec<f64>, limit: usize) -> Result<Unif
     let note = format!(
         "the times are uneven (the longest step is {:.3} ms, most are {:.3} ms): interpolated at {:.3} Hz",
         longest * 1e3,
-        step * 1e3,
+        median * 1e3,
         1.0 / step
     );
     Ok(Uniform {
@@ -92,6 +103,23 @@ mod tests {
 
     fn times(rate_hz: f64, count: usize) -> Vec<f64> {
         (0..count).map(|i| 3.0 + i as f64 / rate_hz).collect()
+    }
+
+    #[test]
+    fn no_corner_of_a_table_by_hand_is_lost() {
+        let corners = [0.0, 0.1, 1.1, 1.3, 2.0];
+        let places = vec![0.0, 0.0, 60.0, 60.0, 0.0];
+        let grid = uniform(&corners, places.clone(), 1000).unwrap();
+        assert!((grid.rate_hz - 10.0).abs() < 1e-9 && grid.note.is_some());
+        for (time, place) in corners.iter().zip(&places) {
+            let at = grid.samples[(time * 10.0).round() as usize];
+            assert!((at - place).abs() < 1e-9, "{time}: {at}");
+        }
+        // Far more samples than rows: one step too short does not make them.
+        let mut jitter = times(1000.0, 1000);
+        jitter[500] = jitter[499] + 1e-9;
+        let grid = uniform(&jitter, jitter.clone(), 1 << 20).unwrap();
+        assert!((grid.rate_hz - 1000.0).abs() < 1e-3, "{}", grid.rate_hz);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use whippen_isa::Arch;
 use whippen_isa::timing::Rules;
 use whippen_runtime::files::{self, InputKind};
 
+use super::knob::WiredKnob;
 use super::{On, board, ports};
 use crate::exit::Failure;
 use crate::say::tell;
@@ -22,6 +23,8 @@ pub struct Image {
     pub lines: SourceLines,
     /// The devices that talk to the host, of a board that has them.
     pub ports: Option<Ports>,
+    /// What is on its pins, if something is.
+    pub knob: Option<WiredKnob>,
 }
 
 /// Reads a file whole.
@@ -60,6 +63,7 @@ impl Image {
         }
         Ok(Self {
             lines: SourceLines::read(&bytes),
+            knob: on.knob.connect(&mut machine, &elf)?,
             elf,
             machine,
             ports,

@@ -154,6 +154,9 @@ fn summary(image: &Image, task: &Task, end: &End) {
             converter.keys()
         );
     }
+    if let Some(knob) = &image.knob {
+        say!("  knob          {}", knob.told(&image.machine));
+    }
     if matches!(end.stop, Stop::Fault(_)) {
         registers(image);
     }

@@ -12,6 +12,7 @@ use whippen_emulator::{Converter, Machine, Ports, Start, Stop};
 use whippen_runtime::files::write_whole;
 
 use super::image::{self, Image};
+use super::knob::WiredKnob;
 use super::profile::Profile;
 use super::trace::Trace;
 use super::watch::Watch;
@@ -263,6 +264,7 @@ pub fn to_the_end(
         machine,
         lines,
         ports,
+        knob,
     } = image;
     let limit = machine
         .cycle(0)
@@ -270,6 +272,7 @@ pub fn to_the_end(
     let mut run = Run {
         machine,
         ports: *ports,
+        knob: knob.as_mut(),
         limit,
         kept: outputs.json.then(Vec::new),
     };
@@ -280,7 +283,9 @@ pub fn to_the_end(
         _ => machine.cycle(0),
     };
     let converter = ports.as_ref().and_then(|p| ports::converter(machine, p));
-    let over = stop == Stop::Limit && converter.is_some_and(|c| c.words_given() > 0 && c.is_over());
+    let is_over = converter.is_some_and(|c| c.words_given() > 0 && c.is_over())
+        || knob.as_ref().is_some_and(WiredKnob::is_over);
+    let over = stop == Stop::Limit && is_over;
     let overruns = converter.map_or(0, Converter::overruns);
     Ok(End {
         differ: differ(elf, machine),
@@ -311,6 +316,7 @@ fn differ(elf: &Elf, machine: &Machine) -> Option<u32> {
 struct Run<'m> {
     machine: &'m mut Machine,
     ports: Option<Ports>,
+    knob: Option<&'m mut WiredKnob>,
     limit: u64,
     /// What the program prints, when it is not to be passed on at once.
     kept: Option<Vec<u8>>,
@@ -369,15 +375,19 @@ impl Run<'_> {
     fn run(&mut self, mut watch: Option<&mut Watch<'_>>) -> Stop {
         let progress = Spinner::new();
         loop {
-            let until = self
-                .machine
-                .cycle(0)
-                .saturating_add(self.slice())
-                .min(self.limit);
+            let slice = self.machine.cycle(0).saturating_add(self.slice());
+            let until = match &self.knob {
+                Some(knob) => slice.min(knob.next()),
+                None => slice,
+            };
+            let until = until.min(self.limit);
             let stop = match &mut watch {
                 Some(watch) => self.machine.run_observed(until, *watch),
                 None => self.machine.run(until),
             };
+            if let Some(knob) = &mut self.knob {
+                knob.pass(self.machine);
+            }
             let finished = stop != Stop::Limit || until >= self.limit || self.is_over();
             progress.at(self.machine.cycle(0));
             if finished {
@@ -404,8 +414,9 @@ impl Run<'_> {
     }
 
     fn is_over(&self) -> bool {
-        self.converter()
-            .is_some_and(|c| c.is_over() && c.words_given() > 0)
+        let converter = self.converter();
+        converter.is_some_and(|c| c.is_over() && c.words_given() > 0)
+            || self.knob.as_ref().is_some_and(|knob| knob.is_over())
     }
 
     /// Takes what the program printed since the last time.

@@ -36,6 +36,60 @@ fn with_firmware(level: &str, program: &str) -> Option<Shell> {
     gcc(&shell, &[&flags[..], &files[..]].concat()).then_some(shell)
 }
 
+/// The bundled knob, turned by two detents on the pins of the chip; and what users get wrong.
+#[test]
+fn a_knob_is_turned_on_the_pins() {
+    let shell = Shell::new();
+    let knob = concat!(env!("CARGO_MANIFEST_DIR"), "/instruments/knob.whip");
+    let build = ["build", knob, "--board", "pico2_knob", "--device", "gimbal"];
+    let rate = ["--tick-rate", "150MHz/3400", "-o", "knob.elf"];
+    shell.ends(0, &[&build[..], &rate].concat());
+    let turn = "t_s,angle_deg\n0,0\n0.05,0\n0.35,30\n0.5,30\n";
+    std::fs::write(shell.path("turn.csv"), turn).expect("writable");
+    let emulate = ["emulate", "knob.elf", "--board", "rp2350"];
+    let turned = [
+        "--knob",
+        "pico2_knob",
+        "--motion",
+        "turn.csv",
+        "--out",
+        "knob.csv",
+    ];
+    let (out, _) = shell.ends(0, &[&emulate[..], &turned].concat());
+    assert!(out.contains("from its start, driven"), "{out}");
+    let table = std::fs::read_to_string(shell.path("knob.csv")).expect("a table");
+    let row = |line: &str| -> Vec<f64> {
+        let cells = line.split(',').map(|cell| cell.parse().expect("a number"));
+        cells.collect()
+    };
+    let rows: Vec<Vec<f64>> = table.lines().skip(1).map(row).collect();
+    let from = rows
+        .iter()
+        .find(|row| row[2] != 0.0)
+        .expect("the hand takes it")[1];
+    let to = rows.last().expect("rows")[1];
+    assert!((to - from - 30.0).abs() < 1.5, "{from} to {to} degrees");
+    let most = rows.iter().map(|row| row[3].abs()).fold(0.0, f64::max);
+    assert!((9e-3..20e-3).contains(&most), "a detent's {most} N*m");
+    for (args, told) in [
+        (&["--knob", "rp2350"][..], "this board has no `[knob]`"),
+        (
+            &["--knob", "pico2_knob", "--device", "mikey"],
+            "the device `mikey` does not say",
+        ),
+        (
+            &["--knob", "pico2_knob", "--motion", "none.csv"],
+            "none.csv: there is no such file",
+        ),
+        (&["--motion", "turn.csv"], "--knob"),
+    ] {
+        let (_, err) = shell.ends(2, &[&emulate[..], args].concat());
+        assert!(err.contains(told), "{err}");
+    }
+    let (_, err) = shell.ends(2, &["emulate", "knob.elf", "--knob", "pico2_knob"]);
+    assert!(err.contains("--knob needs a board with pins"), "{err}");
+}
+
 #[test]
 fn sensor_words_go_in_and_drive_words_come_out() {
     let Some(shell) = with_firmware("-O2", "converter") else {
