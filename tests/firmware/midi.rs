@@ -218,7 +218,8 @@ fn state(rig: &Rig, cores: usize) -> (usize, Vec<i32>) {
 fn value(live: usize, control: u8) -> i32 {
     let [low, high] = RANGES[live];
     let part = i64::from(control) * 129 + i64::from(control >= 64);
-    (low + ((high - low) * part + (1 << 13) >> 14)) as i32
+    let scaled = (high - low) * part + (1 << 13);
+    (low + (scaled >> 14)) as i32
 }
 
 /// Bytes as they may come: messages whole and broken off, running status, other messages, real time
