@@ -289,11 +289,14 @@ fn a_board_that_has_no_texts() {
     );
 }
 
+/// A bundled text, edits of it, and what is told.
+type Mistake<'a> = (&'a str, &'a [(&'a str, &'a str)], &'a str);
+
 /// What is wrong in the folder `mine`: the edits of one bundled text, and what is told.
 #[test]
 fn mistakes_are_told_with_their_place() {
     let core1 = ".section .text.core1.firmware.board";
-    let mistakes: &[(&str, &[(&str, &str)], &str)] = &[
+    let mistakes: &[Mistake] = &[
         (
             "rp2.s",
             &[(
