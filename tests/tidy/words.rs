@@ -21,6 +21,7 @@ const RETIRED: &[(&str, &str, &[&str])] = &[
             "emulator/",
             "instruments/",
             "runtime/",
+            "src/cmd/build/files.rs",
             "src/cmd/emulate",
             "tests/firmware/knob",
             "tests/it/emulate",

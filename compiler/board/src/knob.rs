@@ -43,7 +43,51 @@ pub struct Knob {
     pub pole_pairs: u32,
 }
 
+/// A wire from the chip to a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wire {
+    /// The chip's GPIO.
+    pub gpio: u32,
+    /// The pin of a Raspberry Pi Pico 2 that it leads to, if it leads to one.
+    pub pico_pin: Option<u32>,
+    /// What is at its other end.
+    pub to: &'static str,
+}
+
+/// The GPIO of each of the 40 pins of a Raspberry Pi Pico 2 that has one, in order; 99 for supply,
+/// ground and the like (Raspberry Pi Pico 2 datasheet, pinout).
+const PICO_PINS: [u32; 40] = [
+    0, 1, 99, 2, 3, 4, 5, 99, 6, 7, 8, 9, 99, 10, 11, 12, 13, 99, 14, 15, 16, 17, 99, 18, 19, 20,
+    21, 99, 22, 99, 26, 27, 99, 28, 99, 99, 99, 99, 99, 99,
+];
+
 impl Knob {
+    /// What leads where, in the order of the chip's pins.
+    pub fn wiring(&self) -> Vec<Wire> {
+        let [first, second, third] = self.phases;
+        let mut all = [
+            (0, "MIDI out, if it is wanted"),
+            (1, "MIDI in, if it is wanted"),
+            (self.clock, "angle sensor, clock"),
+            (self.select, "angle sensor, select"),
+            (self.data, "angle sensor, data"),
+            (first, "driver, first phase"),
+            (second, "driver, second phase"),
+            (third, "driver, third phase"),
+            (self.enable, "driver, enable; and 10 kOhm to ground"),
+            (self.fault, "driver, fault"),
+        ];
+        all.sort_unstable();
+        let wire = |(gpio, to): (u32, &'static str)| Wire {
+            gpio,
+            pico_pin: (1..)
+                .zip(PICO_PINS)
+                .find_map(|(pin, own)| (own == gpio).then_some(pin)),
+            to,
+        };
+        all.map(wire).to_vec()
+    }
+
     /// Cycles that a tick may take from its request to its end.
     pub fn deadline_cycles(&self) -> u64 {
         let spent = FRAME_CYCLES + REQUEST_CYCLES;
@@ -145,6 +189,14 @@ mod tests {
         align_mv: 2000,
         pole_pairs: 7,
     };
+
+    #[test]
+    fn every_wire_has_its_pin() {
+        let wires = RIGHT.wiring();
+        let pins: Vec<Option<u32>> = wires.iter().map(|wire| wire.pico_pin).collect();
+        assert_eq!(pins, [1, 2, 4, 5, 6, 9, 10, 11, 12, 14].map(Some));
+        assert_eq!(Knob { fault: 23, ..RIGHT }.wiring()[9].pico_pin, None);
+    }
 
     #[test]
     fn what_cannot_be_wired_is_told() {

@@ -16,7 +16,7 @@ use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 
 pub use contradiction::Contradiction;
-pub use knob::{FRAME_CYCLES, Knob};
+pub use knob::{FRAME_CYCLES, Knob, Wire};
 pub use memory::{AccessTime, BANKS_MAX, BankSet, Bus, Memory, MemoryKind};
 
 /// Which sections go into a memory.

@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use whippen_compiler::board::Wire;
 use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
 use whippen_compiler::image::{Board, Image, Variables, executable, listing, map, uf2};
 use whippen_compiler::variables::variables;
@@ -204,6 +205,7 @@ impl Files<'_> {
             "{}: {}{} on {}, {stored} bytes of flash, {run} bytes of RAM",
             path.display(),
             match setup.instruments[0].model.is_of_key() {
+                true if counts == "1" => "1 key of ".to_string(),
                 true => format!("{counts} keys of "),
                 false => String::new(),
             },
@@ -219,6 +221,13 @@ impl Files<'_> {
                 "it begins with {}; programs are numbered from 0 in this order",
                 names[0]
             );
+        }
+        if let Some(knob) = &setup.board.knob {
+            say!("wiring, with the pins of a Raspberry Pi Pico 2:");
+            for Wire { gpio, pico_pin, to } in knob.wiring() {
+                let pin = pico_pin.map_or("none".to_string(), |pin| pin.to_string());
+                say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}");
+            }
         }
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);

@@ -43,7 +43,11 @@ fn a_knob_is_turned_on_the_pins() {
     let knob = concat!(env!("CARGO_MANIFEST_DIR"), "/instruments/knob.whip");
     let build = ["build", knob, "--board", "pico2_knob", "--device", "gimbal"];
     let rate = ["--tick-rate", "150MHz/3400", "-o", "knob.elf"];
-    shell.ends(0, &[&build[..], &rate].concat());
+    let (out, _) = shell.ends(0, &[&build[..], &rate].concat());
+    assert!(
+        out.contains("pin   12  GPIO  9  driver, enable; and 10 kOhm to ground"),
+        "{out}"
+    );
     let turn = "t_s,angle_deg\n0,0\n0.05,0\n0.35,30\n0.5,30\n";
     std::fs::write(shell.path("turn.csv"), turn).expect("writable");
     let emulate = ["emulate", "knob.elf", "--board", "rp2350"];
