@@ -24,6 +24,8 @@ mod load;
 mod lsp;
 mod man;
 mod measure;
+mod monitor;
+mod monitor_image;
 mod motion;
 mod new;
 mod numbers;
@@ -96,6 +98,8 @@ enum Command {
     Dump(dump::Args),
     /// Run a bare-metal image for a Cortex-M, or one function of it, and count its cycles
     Emulate(Box<emulate::Args>),
+    /// Watch a board that plays, set its live values, and capture what its keys do in every tick
+    Monitor(Box<monitor::Args>),
     /// Serve an editor: diagnostics, hover, completion, definitions, layout
     Lsp(lsp::Args),
     /// Print a script with which a shell completes commands, options and files
@@ -124,6 +128,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),
         Some(Command::Emulate(args)) => emulate::run(&args),
+        Some(Command::Monitor(args)) => monitor::run(*args),
         Some(Command::Lsp(args)) => lsp::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),
         Some(Command::Man(args)) => man::run(&args),

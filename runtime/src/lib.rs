@@ -33,6 +33,7 @@ pub mod keyboard;
 pub mod measure;
 pub mod measured_loop;
 pub mod midi;
+pub mod monitor;
 pub mod motion;
 pub mod motor;
 pub mod plant;

@@ -18,6 +18,7 @@ mod profile;
 mod report;
 mod run;
 mod trace;
+mod uart;
 mod value;
 mod watch;
 
@@ -147,6 +148,10 @@ struct Devices {
     /// What arrives on the first serial port; what the program sends goes to stdout
     #[arg(long, value_name = "FILE")]
     serial_in: Option<PathBuf>,
+    /// The other end of the first serial port is a TCP port of this machine, or a pseudo-terminal;
+    /// the board waits for somebody there, and ends with him. `--sense` begins again at its end
+    #[arg(long, value_name = "PORT|pty", conflicts_with = "serial_in")]
+    uart: Option<uart::UartDoor>,
     /// Sensor words for the converter: 16 bits each, low byte first, one per key and tick; their
     /// end ends the run
     #[arg(long, value_name = "FILE")]
@@ -179,7 +184,7 @@ struct EmulateOutputs {
     #[arg(long, value_name = "FILE.json")]
     profile: Option<PathBuf>,
     /// Wait for gdb on this TCP port of the local machine; 0 takes a free one and says which
-    #[arg(long, value_name = "PORT", value_parser = option::port, conflicts_with_all = ["trace", "profile", "json"])]
+    #[arg(long, value_name = "PORT", value_parser = option::port, conflicts_with_all = ["trace", "profile", "json", "uart"])]
     gdb: Option<u16>,
     /// Print the result as one JSON object
     #[arg(long)]
@@ -215,6 +220,10 @@ Examples:
   whippen build instruments/knob.whip --board pico2_knob --device gimbal --tick-rate 150MHz/3400 -o knob.elf
   whippen emulate knob.elf --board rp2350 --knob pico2_knob --motion turn.csv --out knob.csv --vcd knob.vcd
 
+  # A keyboard with `build --monitor`, and whippen monitor at its serial port.
+  whippen emulate piano.elf --board rp2350 --uart 4444 &
+  whippen monitor piano.whip --tcp localhost:4444
+
   # Debug it.
   whippen emulate firmware.elf --gdb 3333 &
   gdb-multiarch firmware.elf -ex 'target remote :3333'
@@ -240,6 +249,9 @@ pub fn run(args: &Args) -> Outcome {
         image.machine.semihosting.input.extend(image::read(path)?);
     }
     let task = run::Task::prepare(&mut image, &args.what)?;
+    if let Some(door) = args.on.devices.uart {
+        image.door = Some(door.open()?);
+    }
     if let Some(port) = args.outputs.gdb {
         return gdb::serve(image, &task, port);
     }

@@ -75,6 +75,11 @@ pub fn port(text: &str) -> Result<u16, String> {
     whole(text, 0..=u16::MAX, 3333)
 }
 
+/// `--baud`: bits per second.
+pub fn baud(text: &str) -> Result<u32, String> {
+    whole(text, 300..=20_000_000, 3_000_000)
+}
+
 /// `--shifted-flags`: cycles.
 pub fn shifted_flags(text: &str) -> Result<u8, String> {
     whole(text, 1..=2, 2)

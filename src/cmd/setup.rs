@@ -2,14 +2,14 @@
 //! they are for.
 
 use std::ffi::{OsStr, OsString};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
 use whippen_compiler::board::Board;
 use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::Severity;
 use whippen_compiler::firmware::{
-    self, FirmwareError, FirmwareImage, ImageError, OwnTexts, SensorTuning,
+    self, FirmwareError, FirmwareImage, ImageError, Monitor, OwnTexts, SensorTuning,
 };
 use whippen_compiler::image::LinkError;
 use whippen_compiler::keyboard::{InstrumentId, Layout, ZoneId};
@@ -25,6 +25,7 @@ use whippen_runtime::image::{self, ImageInstrument};
 
 use super::calibration::CalibrationArgs;
 use super::load;
+use super::monitor_image::MonitorImageArgs;
 use super::opened::Opened;
 use super::option;
 use super::own_firmware::{FirmwareArgs, Unbounded, own_failure};
@@ -63,6 +64,8 @@ pub struct SetupArgs {
     fine_velocity: bool,
     #[command(flatten)]
     firmware: FirmwareArgs,
+    #[command(flatten)]
+    pub monitor: MonitorImageArgs,
 }
 
 /// The MIDI number of the first key where no keyboard says otherwise: A0.
@@ -95,12 +98,23 @@ pub struct ImageSetup {
     fine_velocity: bool,
     /// What takes the place of the firmware's texts.
     own_texts: OwnTexts,
+    /// What is at the serial port in place of MIDI.
+    monitor: Option<Monitor>,
 }
 
 impl SetupArgs {
     /// Reads the program.
     pub fn open(&self) -> Result<Opened<'_>, Failure> {
         Opened::words(&self.words)
+    }
+
+    /// The only file that is named, where it is an image and no program.
+    pub fn image(&self) -> Option<&Path> {
+        let [only] = &self.words[..] else {
+            return None;
+        };
+        let path = Path::new(only);
+        (path.extension()? == "elf").then_some(path)
     }
 
     /// All files that are read besides the program's.
@@ -223,6 +237,7 @@ impl SetupArgs {
         let board = find_board(self.board.as_deref(), program.keyboards.first())?;
         let tuning = self.calibration.tuning(&device)?;
         let own_texts = self.firmware.texts(&board)?;
+        let monitor = self.monitor.of_image(&board)?;
         let compile = |&model: &&Model| load::compiled(&map, model.clone(), &device, false);
         let instruments = models.iter().map(compile).collect::<Result<_, _>>()?;
         Ok(ImageSetup {
@@ -237,6 +252,7 @@ impl SetupArgs {
             mode_instructions: self.modes,
             fine_velocity: self.fine_velocity,
             own_texts,
+            monitor,
         })
     }
 }
@@ -285,6 +301,7 @@ impl ImageSetup {
             mode_instructions: INSTRUCTIONS,
             fine_velocity: false,
             own_texts: OwnTexts::default(),
+            monitor: None,
         })
     }
 
@@ -294,6 +311,7 @@ impl ImageSetup {
             ("--calibration", self.tuning.is_some(), "sensors are"),
             ("--fine-velocity", self.fine_velocity, "MIDI is"),
             ("--firmware", !self.own_texts.is_empty(), "firmware is"),
+            ("--monitor", self.monitor.is_some(), "the serial port is"),
         ];
         match asked.into_iter().find(|(_, is_asked, _)| *is_asked) {
             None => Ok(()),
@@ -368,6 +386,7 @@ impl ImageSetup {
         setup.tuning.clone_from(&self.tuning);
         setup.fine_velocity = self.fine_velocity;
         setup.own_texts.clone_from(&self.own_texts);
+        setup.monitor = self.monitor;
         let layout = self
             .layout
             .with_keys(keys)
@@ -399,6 +418,11 @@ impl ImageSetup {
         } else {
             Failure::Defect(message)
         }
+    }
+
+    /// Bits per second of the monitor's serial port, if it has one.
+    pub fn monitor_baud(&self) -> Option<u32> {
+        self.monitor.map(|monitor| monitor.baud)
     }
 
     /// What takes the place of the firmware's texts.

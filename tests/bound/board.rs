@@ -3,10 +3,12 @@
 
 use std::collections::HashMap;
 
+use whippen_compiler::firmware::CORES;
 use whippen_emulator::{
     Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, Uart, build,
 };
 use whippen_isa::timing::Rules;
+use whippen_runtime::monitor::{Capture, Trigger, encode};
 
 use crate::image::Image;
 
@@ -86,6 +88,8 @@ pub struct Board<'a> {
     ports: Ports,
     /// Live values that were set so far.
     asked: u32,
+    /// Requests to the monitor that were answered.
+    pub answered: u32,
 }
 
 impl<'a> Board<'a> {
@@ -122,6 +126,7 @@ impl<'a> Board<'a> {
             machine,
             ports,
             asked: 0,
+            answered: 0,
         }
     }
 
@@ -136,7 +141,10 @@ impl<'a> Board<'a> {
                 self.keep_alive();
             }
             self.set_a_live_value();
-            self.turn_a_controller();
+            match self.image.whole.monitored {
+                true => self.ask_the_monitor(alone),
+                false => self.turn_a_controller(),
+            }
             let now = (0..self.machine.cores())
                 .map(|core| self.machine.cycle(core))
                 .max()
@@ -182,6 +190,44 @@ impl<'a> Board<'a> {
             uart.receive(&[0xb0, 102 + number as u8, 127 * value as u8], now);
             self.machine.bus.reschedule(port);
         }
+    }
+
+    /// The next request, once the one before is answered: captures of both cores that never end, the
+    /// other core's memory, live values, what is no request.
+    fn ask_the_monitor(&mut self, alone: bool) {
+        let (port, now) = (self.ports.uarts[0], self.machine.cycle(0));
+        let uart: &mut Uart = self.machine.bus.device_mut(port).expect("the port");
+        let is_answered = uart.output.last() == Some(&0);
+        if !uart.input.is_empty() || !(is_answered || self.answered == 0) {
+            return;
+        }
+        uart.output.clear();
+        let (image, asked) = (self.image, self.answered);
+        let cores = if alone { 1 } else { image.keys.len() as u32 };
+        let (core, keys) = (asked / 4 % cores, image.keys[0]);
+        let own = image.symbol(&format!("captured{core}"));
+        let capture = Capture {
+            keys: vec![keys - 2],
+            cells: vec![own; 4],
+            ticks: 40,
+            after: 30,
+            trigger: (asked % 8 < 4).then_some(Trigger::Sensor(0, 30_000)),
+            group: 1,
+        };
+        let (kind, words) = match asked % 4 {
+            0 => {
+                let setting = capture.setting(own).expect("a setting");
+                (5, [vec![core], setting].concat())
+            }
+            1 => (2, vec![image.symbol(CORES[core as usize]), 90]),
+            2 => (3, vec![0, asked]),
+            _ => (9, vec![]),
+        };
+        let mut said = vec![kind, asked as u8, 0, 0];
+        said.extend(words.iter().flat_map(|word: &u32| word.to_le_bytes()));
+        uart.receive(&encode(&said), now);
+        self.machine.bus.reschedule(port);
+        self.answered += 1;
     }
 
     /// That the start and all ticks so far left some of what is kept for each stack free.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use whippen_compiler::budget::{Bounded, Program};
-use whippen_compiler::firmware::{CORES, FirmwareImage, OwnText, OwnTexts};
+use whippen_compiler::firmware::{CORES, FirmwareImage, Monitor, OwnText, OwnTexts};
 use whippen_compiler::image::{Board, MemoryKind};
 use whippen_compiler::keyboard::{CoreId, Layout};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes};
@@ -57,7 +57,17 @@ impl Image {
         let [name, text] = own.map(str::to_string);
         let path = name.clone();
         let own = OwnTexts::new([(name, OwnText { path, text })]).expect("its name is known");
-        Image::built((kind, board, kind.board()), Arc::new(compiled), keys, own)
+        let compiled = Arc::new(compiled);
+        Image::built((kind, board, kind.board()), compiled, keys, (own, None))
+            .unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// With the monitor, at a rate that its port has.
+    pub fn monitored(kind: BoardKind, compiled: Compiled, keys: u32) -> Image {
+        let board = board::bundled(kind.name()).expect("it is bundled");
+        let compiled = Arc::new(compiled);
+        let own = (OwnTexts::default(), Some(Monitor { baud: 3_000_000 }));
+        Image::built((kind, board, kind.board()), compiled, keys, own)
             .unwrap_or_else(|e| panic!("{e}"))
     }
 
@@ -76,18 +86,20 @@ impl Image {
         compiled: Arc<Compiled>,
         keys: u32,
     ) -> Result<Image, String> {
-        Image::built((kind, board, emulated), compiled, keys, OwnTexts::default())
+        let own = (OwnTexts::default(), None);
+        Image::built((kind, board, emulated), compiled, keys, own)
     }
 
     fn built(
         (kind, board, emulated): (BoardKind, Board, EmulatedBoard),
         compiled: Arc<Compiled>,
         keys: u32,
-        own_texts: OwnTexts,
+        (own_texts, monitor): (OwnTexts, Option<Monitor>),
     ) -> Result<Image, String> {
         let device = Device::of(&compiled.model);
         let mut setup = setup_to_bound(&compiled, &device, keys, board.cores, 21).expect("a setup");
         setup.own_texts = own_texts;
+        setup.monitor = monitor;
         let layout = Layout::of_one_instrument(&compiled.model.name, keys, 21);
         let instrument = ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut unobserved)
             .unwrap_or_else(|e| panic!("{e:?}"));

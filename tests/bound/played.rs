@@ -120,15 +120,14 @@ fn holds(
 /// Plays every source on a board, with both cores and then with one, and compares with the bounds;
 /// how many ticks of a key.
 fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
-    let mut sources = sources(&compiled, keys);
-    let image = Image::on(kind, compiled, keys as u32);
-    let mut board = Board::new(&image);
-    let (mut both, mut alone) = (Watch::new(&image), Watch::new(&image));
-    board.play(
-        sources[0].1(0).repeat(START),
-        false,
-        &mut Watch::new(&image),
-    );
+    play_image(&Image::on(kind, compiled, keys as u32), keys)
+}
+
+fn play_image(image: &Image, keys: usize) -> u64 {
+    let mut sources = sources(&image.compiled, keys);
+    let mut board = Board::new(image);
+    let (mut both, mut alone) = (Watch::new(image), Watch::new(image));
+    board.play(sources[0].1(0).repeat(START), false, &mut Watch::new(image));
     for (_, source) in &mut sources {
         board.play(
             (0..ticks()).flat_map(&mut *source).collect(),
@@ -147,7 +146,7 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
     }
     let contended = image.cores.iter().enumerate().map(|(core, bounds)| {
         let visits = image.visits(core);
-        let (key, frame) = holds(&image, &both, core, &bounds.contended, visits);
+        let (key, frame) = holds(image, &both, core, &bounds.contended, visits);
         assert!(both.frames_seen[core] > 0, "it played");
         format!(
             "key {key} of {}, frame {frame} of {}",
@@ -157,7 +156,7 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
     });
     let contended: Vec<String> = contended.collect();
     let frame = &image.cores[0].alone;
-    let (key, observed) = holds(&image, &alone, 0, frame, 0);
+    let (key, observed) = holds(image, &alone, 0, frame, 0);
     assert!(
         alone.frames_seen[0] as usize + 4 >= sources.len() * ticks(),
         "it played"
@@ -170,6 +169,13 @@ fn play(kind: BoardKind, compiled: Compiled, keys: usize) -> u64 {
         frame.handler.cycles_max,
         contended.join("; ")
     );
+    if image.whole.monitored {
+        assert!(
+            board.answered > 40,
+            "{} requests are answered",
+            board.answered
+        );
+    }
     both.keys_seen + alone.keys_seen
 }
 
@@ -180,6 +186,23 @@ fn nobody_takes_longer_than_the_bound() {
         .map(|compiled| play(BoardKind::Rp2350, compiled, KEYS))
         .sum();
     println!("{keys} ticks of a key");
+}
+
+/// With the monitor at work: captures that go on, its answers between ticks.
+#[test]
+fn nor_with_the_monitor() {
+    let known = |name: &str| {
+        let mut all = instruments().into_iter();
+        all.find(|compiled| compiled.model.name == name)
+    };
+    for (kind, name, keys) in [
+        (BoardKind::Rp2350, "grand_piano", KEYS),
+        (BoardKind::Rp2350, "virtual_spring", 90),
+        (BoardKind::Rp2040, "virtual_spring", KEYS),
+    ] {
+        let compiled = known(name).expect("it is bundled");
+        play_image(&Image::monitored(kind, compiled, keys as u32), keys);
+    }
 }
 
 /// So many keys that what they keep has no room near a core: their code lies there.

@@ -8,7 +8,7 @@ use crate::rig::{Rig, kernel, midi, setup};
 use crate::tuning::tuning;
 use whippen_compiler::asm::{Source, assemble};
 use whippen_compiler::firmware::{
-    Coil, FirmwareError, Instrument, Passivity, ProgramCode, Setup, Support, constants,
+    Coil, FirmwareError, Instrument, Monitor, Passivity, ProgramCode, Setup, Support, constants,
     frame_constants, objects, sources, support,
 };
 use whippen_compiler::image::{FixupKind, Section};
@@ -70,6 +70,8 @@ enum Form {
     Zones,
     /// As many keys as there may be, with the largest records: what a load cannot reach.
     Far,
+    /// The monitor is at the serial port.
+    Monitor,
 }
 
 /// Every text of a board's firmware; how many bytes were compared.
@@ -186,7 +188,7 @@ fn the_same_bytes() {
         ("rp2040", "cortex-m0plus", setup()),
         ("stm32f4", "cortex-m4", one),
     ];
-    let forms = [Form::Plain, Form::Zones, Form::Far];
+    let forms = [Form::Plain, Form::Zones, Form::Far, Form::Monitor];
     for ((board, core, setup), form) in boards
         .iter()
         .flat_map(|board| forms.map(|form| (board, form)))
@@ -195,6 +197,7 @@ fn the_same_bytes() {
         let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
         let setup = Setup {
             fine_velocity: matches!(form, Form::Far),
+            monitor: (form == Form::Monitor).then_some(Monitor { baud: 115_200 }),
             ..setup.clone()
         };
         let compared = compare(&board, core, &setup, form);

@@ -6,6 +6,7 @@ use whippen_arm::asm::Source;
 use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
+use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
 use super::ports::Guards;
 
@@ -292,6 +293,7 @@ impl Support<'_> {
             .collect();
         let divisor = board.clock_hz / 16 / MIDI_BAUD;
         numbers.push(("UART_DIVISOR".into(), divisor.into()));
+        numbers.push(("UART_FRACTION".into(), 0));
         numbers.push(("CONVERTER_IRQ".into(), board.converter_interrupt.into()));
         let fixed = self.constants.iter();
         numbers.extend(fixed.map(|(name, value)| (name.to_string(), *value)));
@@ -334,16 +336,20 @@ const SHARED: &[Source<'static>] = &[
         text: include_str!("mailbox.s"),
     },
     Source {
+        name: "firmware/silence.s",
+        text: include_str!("silence.s"),
+    },
+];
+
+/// What is at the serial port: MIDI both ways.
+const MIDI: &[Source<'static>] = &[
+    Source {
         name: "firmware/midi.s",
         text: include_str!("midi.s"),
     },
     Source {
         name: "firmware/midi_in.s",
         text: include_str!("midi_in.s"),
-    },
-    Source {
-        name: "firmware/silence.s",
-        text: include_str!("silence.s"),
     },
 ];
 
@@ -417,14 +423,17 @@ const FRAME: &[Source<'static>] = &[
     },
 ];
 
-/// The texts that are assembled once, where so many cores play.
+/// The texts that are assembled once, where so many cores play; with the monitor in place of MIDI,
+/// or without.
 pub(super) fn shared<'a>(
     board: &Support<'a>,
     cores: usize,
+    monitored: bool,
 ) -> impl Iterator<Item = Source<'a>> + use<'a> {
     let core1 = (cores > 1).then_some(CORE1);
     let own = board.own;
-    let shared = SHARED.iter().copied().chain(core1);
+    let serial = if monitored { monitor::TEXTS } else { MIDI };
+    let shared = SHARED.iter().chain(serial).copied().chain(core1);
     shared
         .map(|source| own.instead_of(source))
         .chain(board.rest())
@@ -435,9 +444,12 @@ pub(super) fn bundled_texts() -> impl Iterator<Item = Source<'static>> {
     let of_boards = TEXTS
         .iter()
         .flat_map(|texts| texts.rest.iter().chain([&texts.tick]));
-    let frames = FRAME.iter().chain(SMALL_FRAME).chain([&PORTS, &CORE1]);
+    let frames = FRAME.iter().chain(SMALL_FRAME);
+    let frames = frames.chain([&PORTS, &CORE1, &monitor::CAPTURE]);
     let mut all: Vec<Source> = SHARED
         .iter()
+        .chain(MIDI)
+        .chain(monitor::TEXTS)
         .chain(frames)
         .chain(of_boards)
         .copied()
@@ -447,8 +459,9 @@ pub(super) fn bundled_texts() -> impl Iterator<Item = Source<'static>> {
     all.into_iter()
 }
 
-/// The frame of a core, one text after the other: of keys, or of an instrument with ports.
-pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards) -> Vec<Source<'a>> {
+/// The frame of a core, one text after the other: of keys, or of an instrument with ports; with the
+/// monitor's captures, or without.
+pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards, monitored: bool) -> Vec<Source<'a>> {
     let own = match (guards, board.board.arch) {
         (Guards::Keys, Arch::V6M) => SMALL_FRAME,
         (Guards::Keys, _) => FRAME,
@@ -457,7 +470,8 @@ pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards) -> Vec<Source<'a>> 
     };
     let texts = board.own;
     let own = own.iter().map(|source| texts.instead_of(*source));
-    own.chain([board.tick]).collect()
+    let capture = monitored.then_some(texts.instead_of(monitor::CAPTURE));
+    own.chain(capture).chain([board.tick]).collect()
 }
 
 /// The frame in the instructions of ARMv6-M.

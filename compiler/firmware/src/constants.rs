@@ -131,6 +131,7 @@ pub fn constants(
     put("CREDIT", passivity.credit.into());
     // A gain is less than 1 when less than a quarter to a half of the credit is left.
     put("CREDIT_SHIFT", u64::from(passivity.credit.ilog2() - 17));
+    put("MONITOR", setup.monitor.is_some().into());
     put("FINE", setup.fine_velocity.into());
     put("TUNING", setup.tuning.is_some().into());
     if let Some(tuning) = &setup.tuning {
@@ -143,6 +144,9 @@ pub fn constants(
     put("RATE", ticks.into());
     put("RATE_SECONDS", seconds.into());
     all.extend(board.numbers());
+    if let Some(monitor) = &setup.monitor {
+        all.extend(monitor.serial_constants(board.board)?);
+    }
     let of_knob = knob::constants(setup, board)?.into_iter();
     all.extend(of_knob.map(|(name, value)| (name.to_string(), value)));
     Ok(all)

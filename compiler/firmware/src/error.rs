@@ -38,6 +38,9 @@ pub enum FirmwareError {
     Coil(&'static str),
     /// Sensors cannot be tuned so, in words.
     Tuning(String),
+    /// The monitor shall have so many bits per second, which the serial port of the board has not: its
+    /// most.
+    Baud(u32, u32),
     /// A board's text is no assembly.
     Assembly(AsmError),
 }
@@ -99,6 +102,10 @@ impl fmt::Display for FirmwareError {
                  `--device gimbal`",
             ),
             FirmwareError::Coil(what) => write!(f, "the motor does not suit the board: {what}"),
+            FirmwareError::Baud(baud, most) => write!(
+                f,
+                "the board's serial port has no rate near {baud} baud: at most {most}"
+            ),
             FirmwareError::Tuning(why) => f.write_str(why),
             FirmwareError::Assembly(error) => error.fmt(f),
         }

@@ -5,7 +5,7 @@
         .global idle0
         .type   idle0, %function
 
-@ Core 0: parameters, by mailbox or MIDI, and food for the watchdog as long as all cores get their ticks. An only core also sends
+@ Core 0: parameters, by mailbox or MIDI (or the monitor), and food for the watchdog as long as all cores get their ticks. An only core also sends
 @ events.
 idle0:  movs    r6, #0
         movs    r7, #0
@@ -13,10 +13,18 @@ idle0:  movs    r6, #0
         bl      mailbox_step
         cmp     r0, #0
         bne     2f
+        .if     MONITOR
+        bl      monitor_step
+        .else
         bl      midi_in_step            @ one of both a round: so much the other core's memory is visited
+        .endif
 2:
         .if     CORES == 1
+        .if     MONITOR
+        bl      monitor_events
+        .else
         bl      midi_step
+        .endif
         .endif
         ldr     r0, =core0
         ldr     r0, [r0, #C_TICK]
@@ -36,12 +44,17 @@ idle0:  movs    r6, #0
         b       1b
 
         .if     CORES > 1
-@ Core 1: events of both cores to the serial port. It fetches from its own group of banks, as its tick does.
+@ Core 1: events of both cores to the serial port (or to the monitor). It fetches from its own group of banks, as its tick does.
         .section .text.core1.firmware.idle, "ax"
         .global idle1
         .type   idle1, %function
 idle1:
-1:      bl      midi_step
+1:
+        .if     MONITOR
+        bl      monitor_events
+        .else
+        bl      midi_step
+        .endif
         wfe
         b       1b
         .endif

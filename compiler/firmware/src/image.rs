@@ -17,6 +17,7 @@ use whippen_modes::Modes;
 use std::fmt;
 
 use super::code::{ProgramCode, compile_keys, is_latched};
+use super::monitor;
 use super::near::{check_stack, place_near};
 use super::parts::{Cut, InParts};
 use super::ports::Guards;
@@ -32,6 +33,8 @@ pub struct FirmwareImage {
     pub keys_of_cores: Vec<u32>,
     /// The code of each program.
     pub programs: IdMap<ProgramId, ProgramCode>,
+    /// Whether it answers a monitor.
+    pub monitored: bool,
 }
 
 impl FirmwareImage {
@@ -54,7 +57,11 @@ impl FirmwareImage {
     /// What the other core reads and writes between two ticks of a core in memory that is otherwise
     /// this core's (words).
     pub fn visits(&self, core: CoreId) -> u32 {
-        let own = RUNNING[core.index()].visits;
+        let running = &RUNNING[core.index()];
+        let own = match self.monitored {
+            true => running.visits_monitored,
+            false => running.visits,
+        };
         match core {
             // Head and tail of the ring of each further zone, in two rounds.
             CoreId(0) => {
@@ -179,7 +186,10 @@ pub fn build_divided(
     let mut firmware =
         objects(&programs, instruments, setup, &support).map_err(ImageError::Firmware)?;
     place_near(board, &mut firmware, &mut programs);
-    let image = link_all(board, &firmware, &programs, instruments).map_err(ImageError::Link)?;
+    let mut image = link_all(board, &firmware, &programs, instruments).map_err(ImageError::Link)?;
+    if setup.monitor.is_some() {
+        monitor::identify(&mut image);
+    }
     let helpers = usize::from(has_helper(&programs));
     for stack in &board.stacks[..setup.keys.len() + helpers] {
         check_stack(&image, board, *stack).map_err(ImageError::Link)?;
@@ -188,6 +198,7 @@ pub fn build_divided(
         image,
         keys_of_cores: setup.keys.clone(),
         programs,
+        monitored: setup.monitor.is_some(),
     })
 }
 

@@ -23,6 +23,7 @@ mod constants;
 mod error;
 mod image;
 mod knob;
+mod monitor;
 mod near;
 mod objects;
 mod offsets;
@@ -45,8 +46,9 @@ pub use image::{
     FirmwareImage, ImageError, Instrument, build_divided, build_image, divide_equally,
 };
 pub use knob::Coil;
+pub use monitor::{CAPTURED_MAX, Fact, Monitor, PROTOCOL, image_identity, monitor_identity};
 pub use objects::{frame_constants, objects, sources};
-pub use offsets::{FAULTS, Fault, core_block, key_guard, knob_block};
+pub use offsets::{FAULTS, Fault, captured, core_block, key_guard, knob_block, status};
 pub use own::{OwnText, OwnTexts, UnknownText, all_texts, text_name};
 pub use parts::{
     Cut, DONE, EARLY, FINISHED, InParts, LATE, LED, LEFT, MEET, MEMBERS, POLL, PartCode, UNMET,
@@ -80,6 +82,8 @@ pub struct Setup {
     pub tuning: Option<SensorTuning>,
     /// Whether notes are sent with 14 bits of velocity, not seven.
     pub fine_velocity: bool,
+    /// What is at the serial port in place of MIDI, if something is.
+    pub monitor: Option<Monitor>,
     /// What takes the place of bundled texts.
     pub own_texts: OwnTexts,
 }

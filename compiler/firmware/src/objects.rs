@@ -13,7 +13,7 @@ use super::constants::constants;
 use super::image::has_helper;
 use super::ports::Guards;
 use super::{CORES, FirmwareError, Instrument, Setup, drive_offset_bytes, keys_name};
-use super::{knob, parts, ports, sound, tables, zones};
+use super::{knob, monitor, parts, ports, sound, tables, zones};
 
 /// The objects of a firmware, to be linked with those of the keys of all programs. The image begins
 /// at `reset`, with the first program.
@@ -40,14 +40,15 @@ pub fn objects(
     }
     let cores = setup.keys.len();
     let started = cores + usize::from(has_helper(programs));
-    let alone = shared(board, started)
+    let monitored = setup.monitor.is_some();
+    let alone = shared(board, started, monitored)
         .chain([board.tick])
         .map(|source| vec![source]);
     let mut texts: Vec<(Vec<Source>, Option<usize>)> =
         alone.map(|sources| (sources, None)).collect();
     let start = texts.len() - 1;
     let guards = setup.guards();
-    texts.extend((0..cores).map(|core| (frame(board, guards), Some(core))));
+    texts.extend((0..cores).map(|core| (frame(board, guards, monitored), Some(core))));
     texts.extend(tables.iter().map(|text| {
         (
             vec![Source {
@@ -64,7 +65,11 @@ pub fn objects(
         let mut own = constants.clone();
         own.extend(frame_constants(setup, board, core));
         let frame = assemble(&sources, &own, board.board.arch)?;
-        Ok(frame_of_core(frame, core, (programs.len(), tunes)))
+        Ok(frame_of_core(
+            frame,
+            core,
+            (programs.len(), tunes, monitored),
+        ))
     });
     let mut objects = assembled
         .into_iter()
@@ -110,9 +115,10 @@ pub fn frame_constants(setup: &Setup, board: &Support, core: usize) -> BTreeMap<
 /// The texts of a firmware as they are assembled, those of a frame together; a frame has
 /// [`frame_constants`] besides the [`constants`].
 pub fn sources<'a>(board: &Support<'a>, setup: &Setup) -> Vec<Vec<Source<'a>>> {
-    shared(board, setup.keys.len())
+    let monitored = setup.monitor.is_some();
+    shared(board, setup.keys.len(), monitored)
         .map(|source| vec![source])
-        .chain([frame(board, setup.guards())])
+        .chain([frame(board, setup.guards(), monitored)])
         .collect()
 }
 
@@ -125,7 +131,16 @@ fn tables(
     board: &Support,
 ) -> Vec<String> {
     let tuning = setup.tuning.as_ref();
-    let mut texts = vec![tables::assembly(programs, instruments, tuning.is_some())];
+    let asks = (tuning.is_some(), setup.monitor.is_some());
+    let mut texts = vec![tables::assembly(programs, instruments, asks)];
+    if setup.monitor.is_some() {
+        texts.push(monitor::tables_as_assembly(
+            programs,
+            instruments,
+            setup,
+            board,
+        ));
+    }
     texts.extend(tuning.map(|tuning| tuning.tables_as_assembly(&setup.keys)));
     texts.extend(board.board.knob.iter().map(knob::tables_as_assembly));
     let channels = sound::channels(programs);
@@ -147,7 +162,7 @@ fn tables(
 
 /// The frame of one core: its names and sections say so, and nobody else sees what is in it but the
 /// tick.
-fn frame_of_core(mut object: Object, core: usize, begins: (usize, bool)) -> Object {
+fn frame_of_core(mut object: Object, core: usize, begins: (usize, bool, bool)) -> Object {
     for section in &mut object.sections {
         let own = format!(".{}.frame", CORES[core]);
         section.name = section.name.replace(".frame", &own);
@@ -180,14 +195,20 @@ fn symbol_of_core(symbol: &str, core: usize) -> String {
         "block" => CORES[core].to_string(),
         "entry" => ["reset", "core1_start"][core].to_string(),
         "exceptions" => format!("vectors{core}"),
-        "guards" | "ledger" | "sound" | "tuned" | "curve" | "watched" => format!("{symbol}{core}"),
+        "guards" | "ledger" | "sound" | "tuned" | "curve" | "watched" | "captured" => {
+            format!("{symbol}{core}")
+        }
         other => other.to_string(),
     }
 }
 
-/// Where an indirect branch of the frame may go on a core, while there are so many programs and
-/// sensors are tuned, or not.
-fn targets_of_core(symbol: &str, core: usize, (programs, tunes): (usize, bool)) -> Vec<String> {
+/// Where an indirect branch of the frame may go on a core, while there are so many programs, sensors
+/// are tuned, or not, and there is a monitor, or none.
+fn targets_of_core(
+    symbol: &str,
+    core: usize,
+    (programs, tunes, monitored): (usize, bool, bool),
+) -> Vec<String> {
     let of_all = |what: &str| -> Vec<String> {
         let name = |program| format!("{}_{what}", keys_name(core, program));
         (0..programs).map(name).collect()
@@ -195,8 +216,8 @@ fn targets_of_core(symbol: &str, core: usize, (programs, tunes): (usize, bool)) 
     match symbol {
         "keys_tick" => of_all("tick"),
         "keys_begin" => of_all("begin"),
-        // With one program there is never another one that could begin.
-        "beginning" if programs == 1 && !tunes => Vec::new(),
+        // With one program there is never another one that could begin, nor the same one anew.
+        "beginning" if programs == 1 && !tunes && !monitored => Vec::new(),
         "watch" if !tunes => Vec::new(),
         other => vec![symbol_of_core(other, core)],
     }

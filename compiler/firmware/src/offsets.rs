@@ -4,6 +4,8 @@
 
 use std::collections::BTreeMap;
 
+use super::monitor;
+
 /// Offsets in bytes: a module of constants for readers, and the names that the texts know them by.
 macro_rules! offsets {
     ($($(#[$doc:meta])* $module:ident, $prefix:literal {
@@ -97,6 +99,32 @@ offsets! {
         LEAD = 44, "Voltage of a drive word's change.";
         BACK = 48, "Voltage of the speed.";
     }
+    /// Offsets in what the monitor captures of a core (bytes); from SETTING on they are set by a
+    /// request.
+    captured, "V_" {
+        NEXT = 0, "Where the next row goes; 0 while nothing is captured.";
+        STOP = 4, "The number of the tick whose row is the last one.";
+        AT = 8, "The number of the tick of the trigger.";
+        HALT = 12, "The number of the tick in which the capture before was ended, then of the one before its first row.";
+        START = 16, "The first row of the ring.";
+        END = 20, "Behind its last one.";
+        LAST = 24, "Behind the row that was written last, once it is over.";
+        SETTING = 28, "The first word of the setting.";
+        STRIDE = 28, "From a row to the next.";
+        CELLS_AT = 32, "From a row to its words of memory.";
+        BYTES = 36, "The size of the ring.";
+        KEYS = 40, "From the row of the converter's words to the sensor words of four keys.";
+        CELLS = 56, "The addresses of four words of memory.";
+        MODE = 72, "What it waits for: 0 for somebody else, 1 for a word below its level, 2 for one over it, 3 for its end.";
+        WORD = 76, "From a row to that word.";
+        SHIFT = 80, "How far it is shifted left.";
+        FLIP = 84, "What it is then combined with by exclusive or.";
+        LEVEL = 88, "The level, to which it is compared without a sign.";
+        POST = 92, "Ticks from the trigger to the last row.";
+        EVENT = 96, "The event that triggers it, in the upper half, of the key in the lower; 0xffff for any key, or for none.";
+        GROUP = 100, "The same number for captures that have one trigger.";
+        BLOCK = 104, "Behind its last word.";
+    }
     /// Offsets in the table of the status (bytes).
     status, "S_" {
         FAULTS = 8, "Faults of the processor.";
@@ -172,8 +200,10 @@ pub(super) fn assembly_constants() -> BTreeMap<String, i64> {
         descriptor::ALL,
         reader::ALL,
         status::ALL,
+        captured::ALL,
         knob_block::ALL,
         &[("WATCHDOG_US", WATCHDOG_US)],
+        monitor::CONSTANTS,
     ];
     let offsets = tables.into_iter().flatten().copied();
     let faults = FAULTS.iter().map(|fault| (fault.name, fault.bit));

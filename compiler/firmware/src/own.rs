@@ -22,6 +22,9 @@ const COUNTED: &[&str] = &[
     "mailbox.s",
     "midi.s",
     "midi_in.s",
+    "monitor.s",
+    "monitor_capture.s",
+    "monitor_events.s",
     "latch.s",
     "alarm.s",
     "tick.s",
@@ -72,9 +75,12 @@ impl std::error::Error for UnknownText {}
 /// The board has no firmware.
 pub fn all_texts<'a>(board: &'a Board, own: &'a OwnTexts) -> Result<Vec<Source<'a>>, Unsupported> {
     let support = support_with(board, own)?;
-    let mut all: Vec<Source> = shared(&support, board.stacks.len()).collect();
-    let frames = [Guards::Keys, Guards::Ports].map(|guards| frame(&support, guards));
-    all.extend(frames.into_iter().flatten());
+    let mut all: Vec<Source> = Vec::new();
+    for monitor in [false, true] {
+        all.extend(shared(&support, board.stacks.len(), monitor));
+        let frames = [Guards::Keys, Guards::Ports].map(|guards| frame(&support, guards, monitor));
+        all.extend(frames.into_iter().flatten());
+    }
     all.sort_by_key(|source| source.name);
     all.dedup_by_key(|source| source.name);
     Ok(all)

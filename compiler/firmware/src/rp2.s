@@ -27,8 +27,10 @@ board_serial_take:
 1:      asrs    r0, r0, #31
         bx      lr
 
-@ R0: not 0 where the serial port takes a byte. Core 1 asks, so this lies with its code.
+@ R0: not 0 where the serial port takes a byte. Core 1 asks, so this lies with its code; but for the monitor, which is core 0's.
+        .if     MONITOR == 0
         .section .text.core1.firmware.board, "ax"
+        .endif
         .global board_serial_ready
         .type   board_serial_ready, %function
 board_serial_ready:
@@ -68,7 +70,8 @@ board_listen:
         .endif
         bx      lr
 
-@ UART0 on GPIO 0 and 1 at 31250 baud, its clock divided by 16 and by UART_DIVISOR. It leaves its reset only where clk_peri runs.
+@ UART0 on GPIO 0 and 1, its clock divided by 16 and by UART_DIVISOR and 64ths of UART_FRACTION: 31250 baud, or the monitor's. It leaves
+@ its reset only where clk_peri runs.
         .global board_serial
         .type   board_serial, %function
 board_serial:
@@ -82,7 +85,7 @@ board_serial:
         ldr     r0, =UART
         ldr     r1, =UART_DIVISOR
         str     r1, [r0, #0x24]         @ UARTIBRD
-        movs    r1, #0
+        movs    r1, #UART_FRACTION
         str     r1, [r0, #0x28]         @ UARTFBRD
         movs    r1, #0x70
         str     r1, [r0, #0x2c]         @ UARTLCR_H: 8 bits, FIFO

@@ -23,6 +23,14 @@ pub struct Running {
     /// only some images have comes to that
     /// ([`FirmwareImage::visits`](super::FirmwareImage::visits)).
     pub visits: u32,
+    /// The same in an image with the monitor. Core 1 at core 0's: the program that plays and its
+    /// reader, head, tail and a word of an event, the tail anew, the event that triggers, and then
+    /// the capture (whether it goes on and waits, the tick, how long, when and until when, that it
+    /// has its trigger), so fourteen a round, two rounds; the alarm. Core 0 at core 1's: the number
+    /// of its tick; of its capture the group, what it waits for, and then its trigger (three
+    /// words); at most nine words of a request (the start of a capture; four that are read or
+    /// set), two rounds.
+    pub visits_monitored: u32,
 }
 
 /// Both cores.
@@ -33,6 +41,7 @@ pub const RUNNING: [Running; 2] = [
         vectors: "vectors0",
         words: "words0",
         visits: 20,
+        visits_monitored: 32,
     },
     Running {
         handler: "tick_core1",
@@ -40,6 +49,7 @@ pub const RUNNING: [Running; 2] = [
         vectors: "vectors1",
         words: "words1",
         visits: 6,
+        visits_monitored: 30,
     },
 ];
 
@@ -60,6 +70,7 @@ pub const PARTS: &[(&str, &str)] = &[
     ("missed", "after a missed tick"),
     ("beginning", BEGINS),
     ("chain_to", BEGINS),
+    ("capture", "the monitor's capture"),
     ("linearise", "sensors through their calibration"),
     ("watch", "sensors that are tuned"),
     ("forget", "sensors that are tuned"),

@@ -110,12 +110,13 @@ board_clocks:
         bne     3b
         bx      lr
 
-@ USART1 on PA9 and PA10 at 31250 baud, or what UART_DIVISOR says: half of the clock by eight times that, 84 MHz / 2688.
+@ USART1 on PA9 and PA10 at 31250 baud, or what UART_DIVISOR and UART_FRACTION (64ths) say: half of the clock by eight times that, 84 MHz
+@ / 2688.
         .global board_serial
         .type   board_serial, %function
 board_serial:
         ldr     r0, =USART1
-        movw    r1, #8 * UART_DIVISOR
+        movw    r1, #8 * UART_DIVISOR + UART_FRACTION / 8
         str     r1, [r0, #8]            @ BRR
         movw    r1, #1 << 13 | 1 << 3 | 1 << 2
         str     r1, [r0, #0xc]          @ CR1: enabled, transmits, receives

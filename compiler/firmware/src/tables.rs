@@ -8,10 +8,14 @@ use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
 use super::sound::{channels, sound_table_name};
 use super::{CORES, Instrument, zone_name};
 
-/// The tables as assembly.
+/// Ends the name of a program's second descriptor.
+const ANEW: &str = "_anew";
+
+/// The tables as assembly, with those that are needed where sensors are tuned, and where there is a
+/// monitor.
 ///
 /// ```text
-///   programs            how many, then of each the descriptors for each core
+///   programs            how many, then of each the descriptors for each core; for a monitor all of them a second time, by which one begins anew
 ///   programN_coreM      a descriptor: the offsets P_.. name its words; with zones the first record is a table (`zones`)
 ///   tuning_coreM        one for the time in which sensors are tuned
 ///   lives               how many of all programs, then words on core 0 and core 1 (0 for none; or on the only core, twice), lowest and highest value of each
@@ -21,7 +25,7 @@ use super::{CORES, Instrument, zone_name};
 pub(super) fn assembly(
     programs: &[ProgramCode],
     instruments: &[Instrument],
-    tunes: bool,
+    (tunes, monitored): (bool, bool),
 ) -> String {
     let mut text = String::from(
         "        .section .rodata.tables, \"a\"\n        .balign 4\n        .global programs, lives\n",
@@ -30,13 +34,14 @@ pub(super) fn assembly(
         let _ = writeln!(text, "{words}");
     };
     let (split, channels) = (is_split(programs), channels(programs));
-    line(&format!("programs: .word {}", programs.len()));
-    for (number, program) in programs.iter().enumerate() {
-        let descriptors = (program.cores.ids()).map(|core| format!("program{number}_core{core}"));
-        line(&format!(
-            "        .word   {}",
-            descriptors.collect::<Vec<_>>().join(", ")
-        ));
+    let times: &[&str] = if monitored { &["", ANEW] } else { &[""] };
+    line(&format!("programs: .word {}", times.len() * programs.len()));
+    for again in times {
+        for (number, program) in programs.iter().enumerate() {
+            let label = |core| format!("program{number}_core{core}{again}");
+            let descriptors: Vec<String> = program.cores.ids().map(label).collect();
+            line(&format!("        .word   {}", descriptors.join(", ")));
+        }
     }
     let lives = live_parameters(programs, instruments);
     line(&format!("lives:  .word   {}", lives.len()));
@@ -47,14 +52,16 @@ pub(super) fn assembly(
             "        .section .rodata.near.{name}.programs, \"a\"\n        .balign 4"
         ));
         let sounds = (split, channels > 0);
-        for (number, program) in programs.iter().enumerate() {
-            let label = format!("program{number}_core{core}");
-            line(&descriptor(
-                &label,
-                program.core(core),
-                (number, core),
-                sounds,
-            ));
+        for again in times {
+            for (number, program) in programs.iter().enumerate() {
+                let label = format!("program{number}_core{core}{again}");
+                line(&descriptor(
+                    &label,
+                    program.core(core),
+                    (number, core),
+                    sounds,
+                ));
+            }
         }
         // While sensors are tuned, what belongs to a program is the first one's.
         if tunes {

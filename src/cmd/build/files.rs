@@ -222,6 +222,9 @@ impl Files<'_> {
                 names[0]
             );
         }
+        if let Some(baud) = setup.monitor_baud() {
+            say!("its serial port is for `whippen monitor`, at {baud} baud; there is no MIDI");
+        }
         if let Some(knob) = &setup.board.knob {
             say!("wiring, with the pins of a Raspberry Pi Pico 2:");
             for Wire { gpio, pico_pin, to } in knob.wiring() {

@@ -9,6 +9,7 @@ use whippen_isa::timing::Rules;
 use whippen_runtime::files::{self, InputKind};
 
 use super::knob::WiredKnob;
+use super::uart::OpenDoor;
 use super::{On, board, ports};
 use crate::exit::Failure;
 use crate::say::tell;
@@ -25,6 +26,8 @@ pub struct Image {
     pub ports: Option<Ports>,
     /// What is on its pins, if something is.
     pub knob: Option<WiredKnob>,
+    /// What is at the other end of its first serial port, if something is.
+    pub door: Option<OpenDoor>,
 }
 
 /// Reads a file whole.
@@ -67,6 +70,7 @@ impl Image {
             elf,
             machine,
             ports,
+            door: None,
         })
     }
 

@@ -32,6 +32,7 @@ impl Devices {
     pub fn wanted(&self) -> Option<&'static str> {
         let given = [
             ("--serial-in", self.serial_in.is_some()),
+            ("--uart", self.uart.is_some()),
             ("--sense", self.sense.is_some()),
             ("--drive", self.drive.is_some()),
             ("--vcd", self.vcd.is_some()),

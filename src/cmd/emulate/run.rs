@@ -15,6 +15,7 @@ use super::image::{self, Image};
 use super::knob::WiredKnob;
 use super::profile::Profile;
 use super::trace::Trace;
+use super::uart::OpenDoor;
 use super::watch::Watch;
 use super::{EmulateOutputs, MAX_CYCLES, What, board, ports, value};
 use crate::exit::Failure;
@@ -265,14 +266,17 @@ pub fn to_the_end(
         lines,
         ports,
         knob,
+        door,
     } = image;
+    let usual = if door.is_some() { u64::MAX } else { MAX_CYCLES };
     let limit = machine
         .cycle(0)
-        .saturating_add(task.max_cycles.unwrap_or(MAX_CYCLES));
+        .saturating_add(task.max_cycles.unwrap_or(usual));
     let mut run = Run {
         machine,
         ports: *ports,
         knob: knob.as_mut(),
+        door: door.as_mut(),
         limit,
         kept: outputs.json.then(Vec::new),
     };
@@ -285,7 +289,8 @@ pub fn to_the_end(
     let converter = ports.as_ref().and_then(|p| ports::converter(machine, p));
     let is_over = converter.is_some_and(|c| c.words_given() > 0 && c.is_over())
         || knob.as_ref().is_some_and(WiredKnob::is_over);
-    let over = stop == Stop::Limit && is_over;
+    let has_left = door.as_ref().is_some_and(|door| door.is_closed);
+    let over = stop == Stop::Limit && (is_over || has_left);
     let overruns = converter.map_or(0, Converter::overruns);
     Ok(End {
         differ: differ(elf, machine),
@@ -317,6 +322,7 @@ struct Run<'m> {
     machine: &'m mut Machine,
     ports: Option<Ports>,
     knob: Option<&'m mut WiredKnob>,
+    door: Option<&'m mut OpenDoor>,
     limit: u64,
     /// What the program prints, when it is not to be passed on at once.
     kept: Option<Vec<u8>>,
@@ -388,6 +394,9 @@ impl Run<'_> {
             if let Some(knob) = &mut self.knob {
                 knob.pass(self.machine);
             }
+            if let (Some(door), Some(ports)) = (&mut self.door, &self.ports) {
+                door.pass(self.machine, ports);
+            }
             let finished = stop != Stop::Limit || until >= self.limit || self.is_over();
             progress.at(self.machine.cycle(0));
             if finished {
@@ -414,6 +423,9 @@ impl Run<'_> {
     }
 
     fn is_over(&self) -> bool {
+        if let Some(door) = &self.door {
+            return door.is_closed;
+        }
         let converter = self.converter();
         converter.is_some_and(|c| c.is_over() && c.words_given() > 0)
             || self.knob.as_ref().is_some_and(|knob| knob.is_over())

@@ -50,6 +50,9 @@ tick:   push    {r4-r7, lr}
         blx     r3                      @ keeps no register
         bl      board_end
         ldr     r4, =block
+        .if     MONITOR
+        bl      capture
+        .endif
         .if     SUMS
         bl      sum_sound
         .endif

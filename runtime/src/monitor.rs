@@ -1,0 +1,24 @@
+//! The monitor's side of the host: what a board that plays says of itself, and what it is told.
+//!
+//! ```text
+//!   Link (bytes) <--frame: COBS, CRC--> Client (requests) --BoardMemory--> status, gains, cells
+//!                                          `--Capture: rows at tick rate --> Measured --jit--> differences, Trace
+//! ```
+//!
+//! A [`Client`] speaks to the firmware of an image with the monitor (docs/monitor.md); a debugger
+//! that only reads and writes memory ([`openocd`]) has the status as well. Neither halts a board.
+//!
+//! Not here: which port, and the command line.
+
+mod capture;
+mod client;
+mod frame;
+pub mod openocd;
+mod replay;
+mod status;
+
+pub use capture::{Capture, Measured, Row, Trigger, capture_room, rows_of};
+pub use client::{Client, Facts, Link, MonitorError};
+pub use frame::{decode, encode};
+pub use replay::{Difference, Replay};
+pub use status::{BoardMemory, CoreStatus, Status, read_status};

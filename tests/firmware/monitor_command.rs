@@ -1,0 +1,237 @@
+//! `whippen monitor` as it is called: against `whippen emulate --uart`, and against a double of
+//! OpenOCD's text protocol.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use crate::rig::{KEYS, Rig, kernel};
+use whippen_compiler::image::executable;
+use whippen_runtime::device::Device;
+
+const PROGRAM: &str = "instruments/virtual-spring.whip";
+
+fn whippen(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_whippen"));
+    command
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(arguments);
+    command
+}
+
+fn ran(arguments: &[&str]) -> Output {
+    whippen(arguments).output().expect("it runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn temporary(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// An emulated board whose serial port is open, and how it is named to the monitor.
+struct Emulated {
+    child: Child,
+    at: [String; 2],
+}
+
+impl Emulated {
+    fn start(image: &str, sense: &str, door: &str) -> Emulated {
+        let arguments = [
+            "emulate", image, "--board", "rp2350", "--keys", "4", "--sense", sense, "--uart", door,
+        ];
+        let mut child = whippen(&arguments)
+            .stderr(Stdio::piped())
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("it starts");
+        let mut told = String::new();
+        let errors = child.stderr.take().expect("its stderr");
+        BufReader::new(errors)
+            .read_line(&mut told)
+            .expect("it tells its port");
+        let words: Vec<&str> = told.split_whitespace().collect();
+        let at = [words[words.len() - 2], words[words.len() - 1]].map(str::to_string);
+        Emulated { child, at }
+    }
+
+    /// What the monitor says to it; then the board has ended.
+    fn monitor(mut self, more: &[&str]) -> Output {
+        let [option, at] = &self.at;
+        let mut arguments = vec!["monitor", PROGRAM, "--patience", "60s", option, at];
+        arguments.extend(more);
+        let output = ran(&arguments);
+        assert!(
+            self.child.wait().expect("it ends").success(),
+            "the board has ended in order"
+        );
+        output
+    }
+}
+
+/// Sensor words of four keys, of which one moves.
+fn words() -> Vec<u8> {
+    let device = Device::mikey();
+    let place = |tick: usize, key: usize| match key {
+        1 => 5e-3 - 4e-3 * (tick as f64 / 90.0).cos(),
+        _ => 0.0,
+    };
+    let word = |tick: usize, key: usize| device.word_of_position(place(tick, key)).0;
+    let all = (0..1131).flat_map(|tick| (0..4).map(move |key| (tick, key)));
+    all.flat_map(|(tick, key)| word(tick, key).to_le_bytes())
+        .collect()
+}
+
+#[test]
+fn it_speaks_to_an_emulated_board() {
+    let [image, sense, trace, page] = [
+        "monitored.elf",
+        "monitored.bin",
+        "monitored.csv",
+        "monitored.html",
+    ]
+    .map(|name| temporary(name).display().to_string());
+    std::fs::write(&sense, words()).expect("it is written");
+    let built = ran(&["build", PROGRAM, "--keys", "4", "--monitor", "-o", &image]);
+    assert!(built.status.success(), "{}", text(&built.stderr));
+    assert!(
+        text(&built.stdout).contains("3000000 baud"),
+        "{}",
+        text(&built.stdout)
+    );
+    let said = Emulated::start(&image, &sense, "0").monitor(&["--keys", "4"]);
+    let status = text(&said.stdout);
+    assert!(said.status.success(), "{}", text(&said.stderr));
+    assert!(
+        status.contains("2 and 2 keys") && status.contains(" 0 missed"),
+        "{status}"
+    );
+    // Over a pseudo-terminal, as over a serial port: a capture from the beginning on is jit's.
+    let door = if cfg!(unix) { "pty" } else { "0" };
+    let more = [
+        "--keys",
+        "4",
+        "--capture",
+        "1",
+        "--trigger",
+        "begin",
+        "--seconds",
+        "60ms",
+        "--out",
+        &trace,
+        "--report",
+        &page,
+    ];
+    let said = Emulated::start(&image, &sense, door).monitor(&more);
+    let told = text(&said.stdout);
+    assert!(said.status.success(), "{told}{}", text(&said.stderr));
+    assert!(told.contains("; 0 of "), "{told}");
+    let table = std::fs::read_to_string(&trace).expect("a trace");
+    let titles = table.lines().next().expect("titles");
+    assert!(
+        titles.starts_with("t_s,drive_n,x_m") && titles.contains("measured_drive_n"),
+        "{titles}"
+    );
+    assert!(table.lines().count() > 1500);
+    assert!(
+        std::fs::read_to_string(&page)
+            .expect("a page")
+            .contains("measured_drive")
+    );
+    // Another image than this program with these options.
+    let said = Emulated::start(&image, &sense, "0").monitor(&["--keys", "6"]);
+    assert_eq!(said.status.code(), Some(2));
+    assert!(
+        text(&said.stderr).contains("another image"),
+        "{}",
+        text(&said.stderr)
+    );
+}
+
+#[test]
+fn a_line_that_does_not_work_is_told() {
+    let nobody = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
+    let silent = format!("localhost:{}", nobody.local_addr().expect("it").port());
+    let cases: [(&[&str], &str); 7] = [
+        (&[], "required"),
+        (&["--port", "/nowhere/tty"], "--port `/nowhere/tty`"),
+        (&["--port", "Cargo.toml"], "is no serial port"),
+        (&["--tcp", &silent, "--patience", "50ms"], "nobody answers"),
+        (&["--tcp", &silent, "--capture", "7"], "there is no key 7"),
+        (
+            &["--tcp", &silent, "--capture", "1", "--trigger", "bang"],
+            "--trigger bang",
+        ),
+        (&["--openocd", &silent], "wants the image"),
+    ];
+    for (more, why) in cases {
+        let arguments = [&["monitor", PROGRAM, "--keys", "4"], more].concat();
+        let said = ran(&arguments);
+        assert_eq!(said.status.code(), Some(2), "{more:?}");
+        assert!(
+            text(&said.stderr).contains(why),
+            "{more:?}: {}",
+            text(&said.stderr)
+        );
+    }
+    let no_monitor = ran(&[
+        "build", PROGRAM, "--keys", "4", "--baud", "9600", "-o", "x.elf",
+    ]);
+    assert_eq!(no_monitor.status.code(), Some(2));
+}
+
+/// Answers `read_memory` as OpenOCD does, with the memory of an emulated board. It is a double: what
+/// OpenOCD itself does was not tried.
+fn serve(listener: &TcpListener, rig: &Rig) {
+    let (mut stream, _) = listener.accept().expect("somebody");
+    let (mut command, mut byte) = (Vec::new(), [0]);
+    while stream.read(&mut byte).is_ok_and(|count| count == 1) {
+        if byte[0] != 0x1a {
+            command.push(byte[0]);
+            continue;
+        }
+        let asked = text(&std::mem::take(&mut command));
+        let words: Vec<&str> = asked.split_whitespace().collect();
+        let mut answer = match words[..] {
+            ["read_memory", at, "32", count] => {
+                let at = u32::from_str_radix(at.trim_start_matches("0x"), 16).expect("an address");
+                let count: u32 = count.parse().expect("a count");
+                let all = (0..count).map(|nth| format!("{:#x}", rig.word(at + 4 * nth)));
+                all.collect::<Vec<_>>().join(" ")
+            }
+            _ => format!("invalid command name \"{asked}\""),
+        };
+        answer.push('\u{1a}');
+        stream.write_all(answer.as_bytes()).expect("it is said");
+    }
+}
+
+#[test]
+fn the_status_is_read_through_a_double_of_openocd() {
+    let mut rig = Rig::new(&kernel("virtual-spring.whip"), 0);
+    let rest = Device::mikey().word_of_position(0.0).0;
+    // Key 3 has a broken sensor.
+    let row = || (0..KEYS).map(|key| if key == 3 { 0 } else { rest });
+    rig.play((0..700).flat_map(|_| row()));
+    let image = temporary("openocd.elf");
+    std::fs::write(&image, executable(&rig.image, &[], None)).expect("it is written");
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
+    let at = format!("localhost:{}", listener.local_addr().expect("it").port());
+    let image = image.display().to_string();
+    let said = std::thread::scope(|scope| {
+        let arguments = ["monitor", &image, "--openocd", &at, "--json"];
+        let said = scope.spawn(move || ran(&arguments));
+        serve(&listener, &rig);
+        said.join().expect("it runs")
+    });
+    assert!(said.status.success(), "{}", text(&said.stderr));
+    let status: serde_json::Value = serde_json::from_slice(&said.stdout).expect("an object");
+    assert_eq!(status["missed"], 0);
+    assert_eq!(status["cores"][0]["faulty_key"], 3);
+    assert_eq!(status["cores"][0]["gains"][3], 0.0);
+    assert_eq!(status["cores"][1]["gains"][0], 1.0);
+    assert_eq!(status["cores"][0]["ticks"], rig.block(0, 28));
+}
