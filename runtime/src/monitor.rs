@@ -17,7 +17,7 @@ pub mod openocd;
 mod replay;
 mod status;
 
-pub use capture::{Capture, Measured, Row, Trigger, capture_room, rows_of};
+pub use capture::{Capture, CapturedRow, CapturedRows, Trigger, capture_room, rows_of};
 pub use client::{Client, Facts, Link, MonitorError};
 pub use frame::{decode, encode};
 pub use replay::{Difference, Replay};

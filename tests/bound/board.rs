@@ -140,10 +140,12 @@ impl<'a> Board<'a> {
             if alone && self.image.keys.len() > 1 {
                 self.keep_alive();
             }
-            self.set_a_live_value();
-            match self.image.whole.monitored {
-                true => self.ask_the_monitor(alone),
-                false => self.turn_a_controller(),
+            if self.image.whole.monitored {
+                // It sets live values too, and has no turn while the mailbox has one.
+                self.ask_the_monitor(alone);
+            } else {
+                self.set_a_live_value();
+                self.turn_a_controller();
             }
             let now = (0..self.machine.cores())
                 .map(|core| self.machine.cycle(core))
@@ -192,8 +194,8 @@ impl<'a> Board<'a> {
         }
     }
 
-    /// The next request, once the one before is answered: captures of both cores that never end, the
-    /// other core's memory, live values, what is no request.
+    /// The next request, once the one before is answered: captures of both cores that never end,
+    /// the other core's memory, live values, what is no request.
     fn ask_the_monitor(&mut self, alone: bool) {
         let (port, now) = (self.ports.uarts[0], self.machine.cycle(0));
         let uart: &mut Uart = self.machine.bus.device_mut(port).expect("the port");
@@ -220,7 +222,16 @@ impl<'a> Board<'a> {
                 (5, [vec![core], setting].concat())
             }
             1 => (2, vec![image.symbol(CORES[core as usize]), 90]),
-            2 => (3, vec![0, asked]),
+            2 => {
+                let range = image
+                    .compiled
+                    .lowered
+                    .kernel
+                    .lives
+                    .first()
+                    .map(|live| live.range);
+                (3, vec![0, range.map_or(0, |range| range.high as u32)])
+            }
             _ => (9, vec![]),
         };
         let mut said = vec![kind, asked as u8, 0, 0];

@@ -16,7 +16,7 @@ use whippen_emulator::{BoardKind, Uart};
 use whippen_runtime::device::Device;
 use whippen_runtime::gesture::default_gesture;
 use whippen_runtime::monitor::{
-    BoardMemory, Capture, Client, CoreStatus, Link, MonitorError, Replay, Row, Trigger,
+    BoardMemory, Capture, CapturedRow, Client, CoreStatus, Link, MonitorError, Replay, Trigger,
     capture_room, read_status, rows_of,
 };
 
@@ -152,7 +152,7 @@ fn reads_a_status(client: &mut Client<Wire>, at: u32, program: u32) {
 #[test]
 fn it_answers_what_it_is_and_what_it_does() {
     for (kind, baud) in BOARDS {
-        // A port that holds a single byte wants ticks that are shorter than one; its answers take long.
+        // A port that holds a single byte wants ticks that are shorter; its answers take long.
         let is_slow = kind == BoardKind::Stm32f4;
         let rate_hz = if is_slow { 11_025 } else { RATE_HZ };
         let compiled = compiled("hammond.whip", rate_hz);
@@ -256,7 +256,7 @@ fn gesture(ticks: usize, skipped: usize) -> Vec<u16> {
 }
 
 /// Waits for a capture's end.
-fn captured_rows(client: &mut Client<Wire>, capture: &Capture, block: u32) -> Vec<Row> {
+fn captured_rows(client: &mut Client<Wire>, capture: &Capture, block: u32) -> Vec<CapturedRow> {
     for _ in 0..400 {
         let measured = rows_of(client, capture, block).expect("rows");
         if measured.is_over {
@@ -267,8 +267,8 @@ fn captured_rows(client: &mut Client<Wire>, capture: &Capture, block: u32) -> Ve
     panic!("the capture has no end: {:?}", client.read(block, 26));
 }
 
-/// Keys that begin while they are captured, on each board, played by the gesture: every word is that
-/// of the converter, and drive words are those of `jit`, bit for bit.
+/// Keys that begin while they are captured, on each board, played by the gesture: every word is
+/// that of the converter, and drive words are those of `jit`, bit for bit.
 #[test]
 fn a_capture_from_the_beginning_is_what_jit_plays() {
     let device = Device::mikey();
@@ -377,7 +377,7 @@ fn a_trigger_has_what_was_before_it() {
             let setting = own[core].setting(spare).expect("a setting");
             client.capture(core as u32, &setting).expect("it captures");
         }
-        client.link().rig.run(360);
+        client.link().rig.run(420);
         let begins = client.link().rig.block(0, core_block::TICK);
         let next = [Fact::Capture0, Fact::Capture1].map(|fact| facts.word(fact) + captured::NEXT);
         assert!(

@@ -183,8 +183,8 @@ fn a_line_that_does_not_work_is_told() {
     assert_eq!(no_monitor.status.code(), Some(2));
 }
 
-/// Answers `read_memory` as OpenOCD does, with the memory of an emulated board. It is a double: what
-/// OpenOCD itself does was not tried.
+/// Answers `read_memory` as OpenOCD does, with the memory of an emulated board. It is a double:
+/// what OpenOCD itself does was not tried.
 fn serve(listener: &TcpListener, rig: &Rig) {
     let (mut stream, _) = listener.accept().expect("somebody");
     let (mut command, mut byte) = (Vec::new(), [0]);

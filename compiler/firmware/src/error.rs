@@ -38,8 +38,8 @@ pub enum FirmwareError {
     Coil(&'static str),
     /// Sensors cannot be tuned so, in words.
     Tuning(String),
-    /// The monitor shall have so many bits per second, which the serial port of the board has not: its
-    /// most.
+    /// The monitor shall have so many bits per second, which the serial port of the board has not:
+    /// its most.
     Baud(u32, u32),
     /// A board's text is no assembly.
     Assembly(AsmError),
@@ -102,14 +102,16 @@ impl fmt::Display for FirmwareError {
                  `--device gimbal`",
             ),
             FirmwareError::Coil(what) => write!(f, "the motor does not suit the board: {what}"),
-            FirmwareError::Baud(baud, most) => write!(
-                f,
-                "the board's serial port has no rate near {baud} baud: at most {most}"
-            ),
+            FirmwareError::Baud(baud, most) => f.write_str(&no_baud(*baud, *most)),
             FirmwareError::Tuning(why) => f.write_str(why),
             FirmwareError::Assembly(error) => error.fmt(f),
         }
     }
+}
+
+/// What is said of a rate that the serial port has not.
+fn no_baud(baud: u32, most: u32) -> String {
+    format!("the board's serial port has no rate near {baud} baud: at most {most}")
 }
 
 impl std::error::Error for FirmwareError {}

@@ -1,10 +1,10 @@
 //! What an image with the monitor has besides its texts (`monitor.s`, `monitor_events.s`,
-//! `capture.s`): the rate of its serial port, what it tells of itself, where captures have room, and
-//! the number by which it is known.
+//! `capture.s`): the rate of its serial port, what it tells of itself, where captures have room,
+//! and the number by which it is known.
 //!
 //! ```text
 //!   monitor_facts      a word for each Fact, in their order: what `identify` answers
-//!   monitor_captures   of each core: its block, its capture, begin and end of the memory for rows, or twice 0
+//!   monitor_captures   of each core: its block, its capture, begin and end of the memory for rows
 //!   monitor_limits     of each word of a capture's setting: the most, and bits that must be 0
 //!   monitor_memory     how many memories may be read, base and bytes of each
 //! ```
@@ -137,9 +137,9 @@ impl Monitor {
         let step = if board.arch == Arch::V7EM { 8 } else { 1 };
         // 64ths of the divider of a sixteenth of the clock, to the nearest step.
         let divider = (8 * clock / step + baud) / (2 * baud) * step;
-        let is_baud = 4.0 * clock as f64 / divider.max(1) as f64;
-        // A receiver stands half a bit in ten, which both ends share.
-        let is_near = (is_baud / baud as f64 - 1.0).abs() < 0.02;
+        // A receiver stands half a bit in ten, which both ends share: 2 % of a bit.
+        let off = (4 * clock).abs_diff(divider * baud);
+        let is_near = 50 * off < divider * baud;
         if !(64..0xffff * 64).contains(&divider) || !is_near {
             return Err(FirmwareError::Baud(self.baud, board.clock_hz / 16));
         }

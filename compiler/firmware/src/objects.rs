@@ -41,23 +41,17 @@ pub fn objects(
     let cores = setup.keys.len();
     let started = cores + usize::from(has_helper(programs));
     let monitored = setup.monitor.is_some();
-    let alone = shared(board, started, monitored)
-        .chain([board.tick])
-        .map(|source| vec![source]);
+    let alone = shared(board, started, monitored).chain([board.tick]);
     let mut texts: Vec<(Vec<Source>, Option<usize>)> =
-        alone.map(|sources| (sources, None)).collect();
+        alone.map(|source| (vec![source], None)).collect();
     let start = texts.len() - 1;
     let guards = setup.guards();
     texts.extend((0..cores).map(|core| (frame(board, guards, monitored), Some(core))));
-    texts.extend(tables.iter().map(|text| {
-        (
-            vec![Source {
-                name: "tables",
-                text,
-            }],
-            None,
-        )
-    }));
+    let table = |text| Source {
+        name: "tables",
+        text,
+    };
+    texts.extend(tables.iter().map(|text| (vec![table(text)], None)));
     let assembled = parallel::map(texts, |(sources, core)| {
         let Some(core) = core else {
             return assemble(&sources, &constants, board.board.arch);
@@ -202,8 +196,8 @@ fn symbol_of_core(symbol: &str, core: usize) -> String {
     }
 }
 
-/// Where an indirect branch of the frame may go on a core, while there are so many programs, sensors
-/// are tuned, or not, and there is a monitor, or none.
+/// Where an indirect branch of the frame may go on a core, while there are so many programs,
+/// sensors are tuned, or not, and there is a monitor, or none.
 fn targets_of_core(
     symbol: &str,
     core: usize,

@@ -48,7 +48,7 @@ pub struct Capture {
 
 /// A row: what was in a tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Row {
+pub struct CapturedRow {
     /// The number of the tick.
     pub tick: u32,
     /// Sensor word and drive word of each key.
@@ -59,9 +59,9 @@ pub struct Row {
 
 /// What was captured of a core: rows by rising tick, and the tick of the trigger.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Measured {
+pub struct CapturedRows {
     /// Rows.
-    pub rows: Vec<Row>,
+    pub rows: Vec<CapturedRow>,
     /// The tick in which the trigger was seen.
     pub trigger_tick: u32,
     /// Whether it has come to its end: where not, nothing is here yet.
@@ -149,11 +149,11 @@ pub fn rows_of(
     memory: &mut (impl BoardMemory + ?Sized),
     capture: &Capture,
     block: u32,
-) -> Result<Measured, MonitorError> {
+) -> Result<CapturedRows, MonitorError> {
     let words = memory.read(block, captured::SETTING as usize / 4)?;
     let word = |offset: u32| words[offset as usize / 4];
     if word(captured::NEXT) != 0 {
-        return Ok(Measured {
+        return Ok(CapturedRows {
             rows: Vec::new(),
             trigger_tick: 0,
             is_over: false,
@@ -168,7 +168,7 @@ pub fn rows_of(
         .chain(newest.chunks_exact(stride));
     let row = |words: &[u32]| {
         let (keys, cells) = words[1..].split_at(capture.keys.len());
-        Row {
+        CapturedRow {
             tick: words[0],
             keys: keys
                 .iter()
@@ -177,11 +177,11 @@ pub fn rows_of(
             cells: cells.iter().map(|word| *word as i32).collect(),
         }
     };
-    let all: Vec<Row> = in_order.map(row).collect();
+    let all: Vec<CapturedRow> = in_order.map(row).collect();
     // Where the ring has not been filled, what was there before is none of it.
     let armed = word(captured::HALT);
-    let is_own = |row: &Row| row.tick.wrapping_sub(armed).wrapping_sub(1) < u32::MAX / 2;
-    let mut rows: Vec<Row> = Vec::new();
+    let is_own = |row: &CapturedRow| row.tick.wrapping_sub(armed).wrapping_sub(1) < u32::MAX / 2;
+    let mut rows: Vec<CapturedRow> = Vec::new();
     for row in all.into_iter().rev().filter(is_own) {
         if rows
             .last()
@@ -192,7 +192,7 @@ pub fn rows_of(
         rows.push(row);
     }
     rows.reverse();
-    Ok(Measured {
+    Ok(CapturedRows {
         rows,
         trigger_tick: word(captured::AT),
         is_over: true,

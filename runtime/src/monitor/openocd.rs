@@ -1,7 +1,8 @@
-//! The memory of a board over OpenOCD's Tcl port: text commands that end with 0x1a, and so do their
-//! answers (OpenOCD User's Guide, "Tcl Scripting API").
+//! The memory of a board over OpenOCD's Tcl port: text commands that end with 0x1a, and so do
+//! their answers (OpenOCD User's Guide, "Tcl Scripting API").
 //!
-//! `read_memory` and `write_memory` go over the core's memory port while it runs: nothing is halted.
+//! `read_memory` and `write_memory` go over the core's memory port while it runs: nothing is
+//! halted.
 
 use std::io::{Read, Write};
 

@@ -1,5 +1,5 @@
-//! What was measured beside what the program says to it: the engine `jit` on the sensor words of the
-//! board.
+//! What was measured beside what the program says to it: the engine `jit` on the sensor words of
+//! the board.
 //!
 //! Where a program began during the capture, the engine begins with it. Elsewhere the engine begins
 //! with the first word, held for a while, as a key at rest does; then a difference may also come of
@@ -7,7 +7,7 @@
 
 use whippen_compiler::pipeline::Compiled;
 
-use super::capture::Row;
+use super::capture::CapturedRow;
 use crate::device::Device;
 use crate::engine::{Engine, EngineKind};
 use crate::session::{self, Body, Recorded, Recording, Run, RunError};
@@ -26,7 +26,7 @@ pub struct Replay<'a> {
     /// Its device.
     pub device: &'a Device,
     /// What was captured, by rising tick, without gaps.
-    pub rows: &'a [Row],
+    pub rows: &'a [CapturedRow],
     /// Which of its keys.
     pub key: usize,
     /// Whether the key began with the first row.

@@ -1,4 +1,5 @@
-//! `--uart`: the other end of the first serial port, as TCP on this machine or as a pseudo-terminal.
+//! `--uart`: the other end of the first serial port, as TCP on this machine or as a
+//! pseudo-terminal.
 //!
 //! The board waits for the first connection, and its run ends when that is closed. Meanwhile time
 //! goes as fast as the emulator does.
@@ -13,8 +14,8 @@ use whippen_emulator::{Converter, Machine, Ports, Uart};
 use crate::exit::Failure;
 use crate::say::tell;
 
-/// Bytes that arrive in one slice of the run, in which they have room in the port: a client that waits
-/// between its bytes waits for its own time, which is not the board's.
+/// Bytes that arrive in one slice of the run, in which they have room in the port: a client that
+/// waits between its bytes waits for its own time, which is not the board's.
 const PART: usize = 16;
 
 /// What is at the other end.

@@ -1,5 +1,5 @@
-//! `--capture`: keys in every tick around a trigger, as tables and pages, and beside what the engine
-//! `jit` makes of the words that were measured.
+//! `--capture`: keys in every tick around a trigger, as tables and pages, and beside what the
+//! engine `jit` makes of the words that were measured.
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -12,8 +12,8 @@ use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::{Dim, parse_quantity};
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::monitor::{
-    BoardMemory, Capture, Client, Difference, Facts, Link, Measured, MonitorError, Replay, Row,
-    Trigger, capture_room, rows_of,
+    BoardMemory, Capture, CapturedRow, CapturedRows, Client, Difference, Facts, Link, MonitorError,
+    Replay, Trigger, capture_room, rows_of,
 };
 use whippen_runtime::report::{Made, Section};
 use whippen_runtime::session::{ALL, Recorded, RunError};
@@ -76,7 +76,7 @@ fn part(text: &str) -> Result<f64, String> {
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// A capture of the whole board.
-struct Wanted<'k> {
+struct CapturePlan<'k> {
     /// By core.
     captures: Vec<Capture>,
     /// The keys in the order in which they were given.
@@ -104,7 +104,7 @@ impl CaptureArgs {
     }
 
     /// The captures of both cores.
-    fn wanted<'k>(&self, known: &'k KnownBoard) -> Result<Wanted<'k>, Failure> {
+    fn wanted<'k>(&self, known: &'k KnownBoard) -> Result<CapturePlan<'k>, Failure> {
         let place = |key: &u32| Ok((*key, known.place(*key)?));
         let keys: Vec<(u32, PlacedKey)> =
             self.capture.iter().map(place).collect::<Result<_, _>>()?;
@@ -116,7 +116,7 @@ impl CaptureArgs {
         let before = if waits { self.before } else { 0.0 };
         let after = (f64::from(ticks) * (1.0 - before)) as u32;
         let cores = 1 + keys.iter().map(|(_, key)| key.core).max().unwrap_or(0);
-        let mut wanted = Wanted {
+        let mut wanted = CapturePlan {
             captures: Vec::new(),
             cells: vec![Vec::new(); cores],
             keys,
@@ -289,8 +289,8 @@ impl CaptureArgs {
         &self,
         facts: &Facts,
         client: &mut Client<L>,
-        wanted: &Wanted,
-    ) -> Result<Vec<Measured>, Failure> {
+        wanted: &CapturePlan,
+    ) -> Result<Vec<CapturedRows>, Failure> {
         let deadline = Instant::now() + Duration::from_secs_f64(self.wait + self.seconds);
         let stop = interrupt::stops();
         let mut all = Vec::new();
@@ -298,7 +298,7 @@ impl CaptureArgs {
             let block = facts.word([Fact::Capture0, Fact::Capture1][core.min(1)]);
             loop {
                 if own.keys.is_empty() {
-                    let nothing = Measured {
+                    let nothing = CapturedRows {
                         rows: Vec::new(),
                         trigger_tick: 0,
                         is_over: true,
@@ -329,9 +329,9 @@ impl CaptureArgs {
 struct Told<'a> {
     args: &'a CaptureArgs,
     known: &'a KnownBoard<'a>,
-    wanted: &'a Wanted<'a>,
+    wanted: &'a CapturePlan<'a>,
     key: (u32, &'a PlacedKey<'a>),
-    measured: &'a Measured,
+    measured: &'a CapturedRows,
     as_json: bool,
 }
 
@@ -370,9 +370,9 @@ impl Told<'_> {
 
     /// The rows that follow from each other: from the first of the key on, or behind the last tick
     /// that is not there.
-    fn rows(&self) -> Result<(&[Row], bool), Failure> {
+    fn rows(&self) -> Result<(&[CapturedRow], bool), Failure> {
         let rows = &self.measured.rows[..];
-        let gap = |two: &[Row]| two[1].tick != two[0].tick.wrapping_add(1);
+        let gap = |two: &[CapturedRow]| two[1].tick != two[0].tick.wrapping_add(1);
         let mut gaps = (1..).zip(rows.windows(2)).filter(|(_, two)| gap(two));
         let first = gaps.next().map(|(at, _)| at);
         let last = gaps.last().map(|(at, _)| at).or(first);
@@ -398,7 +398,7 @@ impl Told<'_> {
         }
     }
 
-    fn say(&self, number: u32, rows: &[Row], found: &Difference) {
+    fn say(&self, number: u32, rows: &[CapturedRow], found: &Difference) {
         let first = found.first.and_then(|at| rows.get(at)).map(|row| row.tick);
         let rate_hz = f64::from(self.known.setup.first().model.rate_hz);
         let seconds = rows.len() as f64 / rate_hz;
