@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   Link (bytes) <--frame: COBS, CRC--> Client (requests) --BoardMemory--> status, gains, cells
-//!                                          `--Capture: rows at tick rate --> Measured --jit--> differences, Trace
+//!                                          `--Capture: rows at tick rate --jit--> differences, Trace
 //! ```
 //!
 //! A [`Client`] speaks to the firmware of an image with the monitor (docs/monitor.md); a debugger

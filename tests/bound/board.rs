@@ -17,6 +17,8 @@ const SLICE: u64 = 4000;
 /// Bytes that the firmware keeps for a stack, and what it is painted with.
 const STACK_BYTES: u32 = 256;
 const PAINT: [u8; 4] = *b"free";
+/// Looks at the serial port after which a request is sent again.
+const LOOKS: u32 = 200;
 /// Offset of the tick's number in a core's block.
 const TICK: u32 = 28;
 
@@ -90,6 +92,8 @@ pub struct Board<'a> {
     asked: u32,
     /// Requests to the monitor that were answered.
     pub answered: u32,
+    /// Looks for the answer to the last one.
+    looks: u32,
 }
 
 impl<'a> Board<'a> {
@@ -127,6 +131,7 @@ impl<'a> Board<'a> {
             ports,
             asked: 0,
             answered: 0,
+            looks: 0,
         }
     }
 
@@ -200,10 +205,13 @@ impl<'a> Board<'a> {
         let (port, now) = (self.ports.uarts[0], self.machine.cycle(0));
         let uart: &mut Uart = self.machine.bus.device_mut(port).expect("the port");
         let is_answered = uart.output.last() == Some(&0);
-        if !uart.input.is_empty() || !(is_answered || self.answered == 0) {
+        self.looks += 1;
+        // What came before the port was there is lost, and asked again.
+        if !uart.input.is_empty() || !is_answered && self.looks % LOOKS != 0 {
             return;
         }
         uart.output.clear();
+        self.answered += u32::from(is_answered);
         let (image, asked) = (self.image, self.answered);
         let cores = if alone { 1 } else { image.keys.len() as u32 };
         let (core, keys) = (asked / 4 % cores, image.keys[0]);
@@ -238,7 +246,6 @@ impl<'a> Board<'a> {
         said.extend(words.iter().flat_map(|word: &u32| word.to_le_bytes()));
         uart.receive(&encode(&said), now);
         self.machine.bus.reschedule(port);
-        self.answered += 1;
     }
 
     /// That the start and all ticks so far left some of what is kept for each stack free.

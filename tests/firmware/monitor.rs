@@ -342,7 +342,7 @@ fn a_capture_from_the_beginning_is_what_jit_plays() {
     }
 }
 
-/// Triggers: a word over a level, an event of one key, of any; and the other core's capture follows.
+/// Triggers: a word over a level, an event of one key, of any; the other core follows.
 #[test]
 fn a_trigger_has_what_was_before_it() {
     let compiled = compiled("hammond.whip", RATE_HZ);

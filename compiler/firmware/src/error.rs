@@ -55,11 +55,7 @@ impl fmt::Display for FirmwareError {
                 f,
                 "keys are given for {given} cores, and the board has {has}"
             ),
-            FirmwareError::Parts(zones, keys) => write!(
-                f,
-                "the zones of a program have {zones} keys and the keyboard {keys}: \
-                 give it that many"
-            ),
+            FirmwareError::Parts(zones, keys) => f.write_str(&other_keys(*zones, *keys)),
             FirmwareError::Record(bytes) => write!(
                 f,
                 "a key's record takes {bytes} bytes; the firmware takes at most {RECORD_MAX}"
@@ -107,6 +103,11 @@ impl fmt::Display for FirmwareError {
             FirmwareError::Assembly(error) => error.fmt(f),
         }
     }
+}
+
+/// What is said of zones that have other keys than the keyboard.
+fn other_keys(zones: u32, keys: u32) -> String {
+    format!("the zones of a program have {zones} keys and the keyboard {keys}: give it that many")
 }
 
 /// What is said of a rate that the serial port has not.

@@ -1,7 +1,7 @@
 //! Captures: words of chosen keys in every tick, around a trigger, in memory that the board spares.
 //!
 //! ```text
-//!   Capture --setting of each core--> board --ring of rows--> rows_of --> Measured: a column a source
+//!   Capture --setting of each core--> board --ring of rows--> rows_of --> CapturedRows
 //! ```
 //!
 //! A core has the rows of its own keys. Rows of two cores belong together by the numbers of their
@@ -83,10 +83,26 @@ impl Capture {
         4 * (1 + self.keys.len() + self.cells.len()) as u32
     }
 
+    /// The oldest rows of a ring that is full, over which the newest one has written: a row is
+    /// written in all its places, also in those that are not kept.
+    fn spoiled(&self) -> u32 {
+        let places = CAPTURED_MAX as u32;
+        let written = 4 * (1 + self.keys.len() as u32 + places).max(1 + places);
+        written
+            .saturating_sub(self.stride())
+            .div_ceil(self.stride())
+    }
+
+    /// Rows of its ring.
+    fn ring_rows(&self) -> u32 {
+        self.ticks + self.spoiled()
+    }
+
     /// How many ticks at most have room in so many bytes.
     pub fn ticks_max(&self, room_bytes: u32) -> u32 {
-        // A row is written in all its places, also those that are not kept.
-        room_bytes.saturating_sub(4 * (1 + 3 * CAPTURED_MAX as u32)) / self.stride()
+        let behind = 4 * (1 + 3 * CAPTURED_MAX as u32);
+        let rows = room_bytes.saturating_sub(behind) / self.stride();
+        rows.saturating_sub(self.spoiled())
     }
 
     /// The words of a request; a word at `spare` is read in place of cells that are not wanted. It
@@ -108,7 +124,7 @@ impl Capture {
         let mut words = vec![
             self.stride(),
             4 * (1 + self.keys.len()) as u32,
-            self.stride() * self.ticks,
+            self.stride() * self.ring_rows(),
         ];
         words.extend((0..most).map(key));
         words.extend((0..most).map(cell));
@@ -160,9 +176,11 @@ pub fn rows_of(
         });
     }
     let stride = capture.stride() as usize / 4;
-    let ring = memory.read(word(captured::START), stride * capture.ticks as usize)?;
+    let ring = memory.read(word(captured::START), stride * capture.ring_rows() as usize)?;
     let last = word(captured::LAST).wrapping_sub(word(captured::START)) as usize / 4;
     let (newest, oldest) = ring.split_at(last.min(ring.len()));
+    let spoiled = stride * capture.spoiled() as usize;
+    let oldest = &oldest[spoiled.min(oldest.len())..];
     let in_order = oldest
         .chunks_exact(stride)
         .chain(newest.chunks_exact(stride));
@@ -191,6 +209,7 @@ pub fn rows_of(
         }
         rows.push(row);
     }
+    rows.truncate(capture.ticks as usize);
     rows.reverse();
     Ok(CapturedRows {
         rows,
