@@ -102,8 +102,8 @@ struct ValueState {
     defer_depth: u8,
     /// Where it lies whatever its operands are, because of the instruction that made it.
     held: Option<Range>,
-    /// In which block it was rematerialized last, behind how many instructions, and where the result
-    /// is.
+    /// In which block it was rematerialized last, behind how many instructions, and where the
+    /// result is.
     rematerialized: Option<(BlockId, usize, VReg)>,
 }
 
