@@ -8,6 +8,7 @@ pub const BOARDS: &[&str] = &["pico2_knob", "rp2040", "rp2350", "rp2350b_bench",
 
 /// The devices that a keyboard may name, likewise.
 pub const DEVICES: &[&str] = &[
+    "chain",
     "gimbal",
     "knob",
     "mikey",
