@@ -179,7 +179,7 @@ impl Fabric {
     /// A DMA's access.
     pub fn dma(&mut self, address: u32, cycle: u64, write: bool) {
         let held = self
-            .held(address, write)
+            .hold(address, write)
             .map_or(0, |(_, cycles)| cycles - 1);
         let wait = self.access(DMA + usize::from(write), address, cycle, write);
         self.dma_cycles += held + wait;
@@ -192,7 +192,7 @@ impl Fabric {
 
     /// An access of a manager: how long it waits.
     fn access(&mut self, manager: usize, address: u32, cycle: u64, write: bool) -> u64 {
-        let Some((port, cycles)) = self.held(address, write) else {
+        let Some((port, cycles)) = self.hold(address, write) else {
             return 0;
         };
         self.claim(Claim {
@@ -204,7 +204,7 @@ impl Fabric {
     }
 
     /// The port of an address, and for how long an access holds it.
-    fn held(&self, address: u32, write: bool) -> Option<(usize, u64)> {
+    fn hold(&self, address: u32, write: bool) -> Option<(usize, u64)> {
         if let Some(port) = self.port(address) {
             return Some((port, 1));
         }
@@ -272,6 +272,7 @@ impl Fabric {
         for (port, cycle) in accesses {
             if let Some(port) = self.ports.get_mut(port as usize) {
                 *port = Port {
+                    began: cycle,
                     free: port.free.max(cycle + 1),
                     manager: 2 * core + 1,
                 };
