@@ -123,7 +123,7 @@ impl Cpu {
             return self.load_bytes(bus, address, size);
         }
         self.note_access(bus, address, size, false);
-        self.arbitrate(bus, address);
+        self.arbitrate(bus, address, false);
         self.load_one(bus, address, size)
     }
 
@@ -150,16 +150,16 @@ impl Cpu {
             return self.store_bytes(bus, address, size, value);
         }
         self.note_access(bus, address, size, true);
-        self.arbitrate(bus, address);
+        self.arbitrate(bus, address, true);
         self.store_one(bus, address, size, value)
     }
 
     /// Waits for the port of an access, when others may use it. Accesses of one instruction follow
     /// each other by a cycle.
-    fn arbitrate(&mut self, bus: &mut Bus, address: u32) {
+    fn arbitrate(&mut self, bus: &mut Bus, address: u32, write: bool) {
         if bus.memory.is_shared() {
             let cycle = self.now.saturating_add_signed(self.stall) + self.accesses;
-            let wait = bus.fabric.data(self.index, address, cycle);
+            let wait = bus.fabric.data(self.index, address, cycle, write);
             self.stall += wait as i64;
             self.accesses += 1;
         }

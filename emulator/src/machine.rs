@@ -132,6 +132,12 @@ impl Machine {
         self.bus.fabric.meets_fetches = meets;
     }
 
+    /// Cycles that loads and stores of all cores have waited for others so far: at banks of memory,
+    /// and behind bridges to peripherals.
+    pub fn waited_cycles(&self) -> [u64; 2] {
+        self.bus.fabric.waited
+    }
+
     /// Resets all cores, keeping memory and time: the first one starts from the board's vector
     /// table, the others where the board says, or halt.
     pub fn reset(&mut self) {

@@ -61,6 +61,10 @@ const BUNDLED: &[(&str, &str)] = &[
         "mouse.toml",
         include_str!("../../instruments/hardware/mouse.toml"),
     ),
+    (
+        "voice_coil.toml",
+        include_str!("../../instruments/hardware/voice_coil.toml"),
+    ),
 ];
 
 /// Sensors and drives.
@@ -139,6 +143,12 @@ impl Device {
     /// The drive of the [first port](Device::port); one without any force if it has none.
     pub fn drive(&self) -> Drive {
         self.port().drive()
+    }
+
+    /// Ticks from a place to the force that answers it, as the [first port](Device::port) says
+    /// them; what the coil takes is not among them.
+    pub fn delay_samples(&self) -> f64 {
+        self.sensor().delay_samples + self.drive().delay_samples
     }
 
     /// The same with noise of this size (SI, root of the mean square) in the first sensor.

@@ -32,6 +32,8 @@ pub struct FirmwareImage {
     pub keys_of_cores: Vec<u32>,
     /// The code of each program.
     pub programs: IdMap<ProgramId, ProgramCode>,
+    /// Whether its start lets the cores go before a DMA wherever both want memory.
+    pub yields_dma: bool,
 }
 
 impl FirmwareImage {
@@ -188,6 +190,7 @@ pub fn build_divided(
         image,
         keys_of_cores: setup.keys.clone(),
         programs,
+        yields_dma: support.yields_dma(),
     })
 }
 

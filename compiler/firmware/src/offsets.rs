@@ -97,6 +97,13 @@ offsets! {
         LEAD = 44, "Voltage of a drive word's change.";
         BACK = 48, "Voltage of the speed.";
     }
+    /// Offsets in what the firmware of a bench keeps (bytes).
+    bench_block, "B_" {
+        AT = 0, "Where the DMA had come to in the last tick that had new words.";
+        TICK = 4, "The number of the last tick.";
+        AGE = 8, "Ticks in a row without words that are new and whole.";
+        CURRENTS = 16, "The current that each coil has at the end of the tick, in drive words.";
+    }
     /// Offsets in the table of the status (bytes).
     status, "S_" {
         FAULTS = 8, "Faults of the processor.";
@@ -145,13 +152,14 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         bit: 32,
         name: "FAULT_DRIVER",
-        what: "a knob's driver told of a fault: it is disabled until the next start",
+        what: "a driver told of a fault, a knob's or a bridge: it is disabled until the next start, \
+               and so are all bridges",
     },
     Fault {
         bit: 64,
         name: "FAULT_SENSOR",
-        what: "a knob's sensor had no magnet, or no word that can be for 10 ms: its driver is \
-               disabled until the next start",
+        what: "a knob's sensor had no magnet, or no word that can be for 10 ms, or a bench's ADC \
+               had no words for 10 ms: drivers are disabled until the next start",
     },
     Fault {
         bit: 128,
@@ -173,6 +181,7 @@ pub(super) fn assembly_constants() -> BTreeMap<String, i64> {
         reader::ALL,
         status::ALL,
         knob_block::ALL,
+        bench_block::ALL,
         &[("WATCHDOG_US", WATCHDOG_US)],
     ];
     let offsets = tables.into_iter().flatten().copied();
