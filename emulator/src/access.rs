@@ -3,7 +3,9 @@
 //! ```text
 //!   aligned, in a plain page? --yes--> done
 //!        | no
-//!   is the cycle known (`Cpu::exact`)? --no--> Flow::Inexact: the machine runs the instruction again, knowing it
+//!   is the cycle known (`Cpu::exact`)? --no--> does the core run apart, and is it plain? --yes--> done (`apart`)
+//!        | yes                                    | no
+//!        |                                        Flow::Inexact: the machine runs the instruction again, knowing it
 //!        | yes
 //!   unaligned? code? wait states? private peripherals? device? nobody: BusFault
 //! ```
@@ -114,14 +116,14 @@ impl Cpu {
         aligned: bool,
     ) -> Result<u32, Flow> {
         if !self.exact {
-            return Err(Flow::Inexact);
+            return bus.load_apart(address, size).ok_or(Flow::Inexact);
         }
         if !address.is_multiple_of(size) {
             self.check_alignment(address, aligned)?;
             return self.load_bytes(bus, address, size);
         }
         self.note_access(bus, address, size, false);
-        self.arbitrate(bus, address);
+        self.arbitrate(bus, address, false);
         self.load_one(bus, address, size)
     }
 
@@ -141,23 +143,23 @@ impl Cpu {
             return Ok(());
         }
         if !self.exact {
-            return Err(Flow::Inexact);
+            return bus.store_apart(address, size, value).ok_or(Flow::Inexact);
         }
         if !address.is_multiple_of(size) {
             self.check_alignment(address, aligned)?;
             return self.store_bytes(bus, address, size, value);
         }
         self.note_access(bus, address, size, true);
-        self.arbitrate(bus, address);
+        self.arbitrate(bus, address, true);
         self.store_one(bus, address, size, value)
     }
 
     /// Waits for the port of an access, when others may use it. Accesses of one instruction follow
     /// each other by a cycle.
-    fn arbitrate(&mut self, bus: &mut Bus, address: u32) {
+    fn arbitrate(&mut self, bus: &mut Bus, address: u32, write: bool) {
         if bus.memory.is_shared() {
             let cycle = self.now.saturating_add_signed(self.stall) + self.accesses;
-            let wait = bus.fabric.data(self.index, address, cycle);
+            let wait = bus.fabric.data(self.index, address, cycle, write);
             self.stall += wait as i64;
             self.accesses += 1;
         }

@@ -28,7 +28,7 @@ use crate::device::registers::{Registers, Row};
 use crate::device::sio::{Chip, Sio};
 use crate::device::timer::Timer;
 use crate::device::uart::Uart;
-use crate::fabric::Banks;
+use crate::fabric::{Banks, Bridge};
 use crate::lines::Start;
 use crate::machine::Machine;
 use crate::pins::{PinLayout, Pins};
@@ -130,6 +130,8 @@ struct ChipTable {
     regions: &'static [(&'static str, u32, u32, bool)],
     /// The ports of these.
     banks: &'static [Banks],
+    /// Bridges to peripherals, where the DMA and a core may wait for each other.
+    bridges: &'static [Bridge],
     /// Blocks that only hold what is written.
     registers: &'static [(u32, &'static [Row])],
     /// Base of the clocks, and what is particular to them.
@@ -219,6 +221,7 @@ pub fn build(
 
 fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Ports {
     let clock_hz = chip.clock_hz;
+    bus.fabric.set_bridges(chip.bridges);
     attach_pins(chip, bus);
     let sio = bus.attach(
         SIO_BASE,

@@ -16,7 +16,9 @@
 //! A core's own fetches against its own data are counted only at the worst
 //! ([`Fabric::meets_fetches`]; the timing document says why).
 //!
-//! Not here: waits inside the peripheral bus.
+//! Peripherals are behind bridges, each a port that an access holds for several cycles. There
+//! nothing under way is pre-empted, and priorities are another manager's (erratum RP2350-E27). Only
+//! a core and the DMA are arbitrated there: cores do not wait for each other.
 
 /// Managers: two per core, then the reads and the writes of the DMA.
 const CORES: usize = 2;
@@ -48,21 +50,54 @@ impl Banks {
     }
 }
 
+/// Addresses behind a bridge to peripherals, and for how many cycles an access holds its port. Of
+/// several that an address is in the first counts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Bridge {
+    pub base: u32,
+    pub bytes: u32,
+    /// Which bridge, from 0.
+    pub number: usize,
+    pub read: u64,
+    pub write: u64,
+}
+
+impl Bridge {
+    fn contains(&self, address: u32) -> bool {
+        address.wrapping_sub(self.base) < self.bytes
+    }
+}
+
 /// What the last access to a port was.
 #[derive(Clone, Copy, Default)]
 struct Port {
-    /// The cycle after it.
+    /// Its first cycle, and the one after it.
+    began: u64,
     free: u64,
     manager: usize,
+}
+
+/// An access to a port.
+#[derive(Clone, Copy)]
+struct Claim {
+    manager: usize,
+    port: usize,
+    cycle: u64,
+    /// For how long it holds the port.
+    cycles: u64,
 }
 
 /// See the module.
 #[derive(Default)]
 pub(crate) struct Fabric {
     banks: Vec<Banks>,
+    bridges: Vec<Bridge>,
+    /// Of all banks, then of the bridges.
     ports: Vec<Port>,
-    /// Whether each manager has high priority.
-    high: [bool; MANAGERS],
+    /// The first bridge's.
+    first_bridge: usize,
+    /// Whether each manager has high priority: at banks, and at bridges.
+    high: [[bool; MANAGERS]; 2],
     /// Cycles that a manager lost to one of higher priority after it had been let through.
     owed: [u64; MANAGERS],
     /// The word that each core fetched last.
@@ -72,6 +107,10 @@ pub(crate) struct Fabric {
     pub meets_fetches: bool,
     /// Whether a DMA is at work.
     pub dma: bool,
+    /// Cycles beyond the first that accesses of the DMA took since somebody asked.
+    dma_cycles: u64,
+    /// Cycles that cores' data waited for others, at banks and at bridges.
+    pub waited: [u64; 2],
 }
 
 impl Fabric {
@@ -84,24 +123,40 @@ impl Fabric {
         }
     }
 
+    /// Bridges to peripherals, where there are any.
+    pub fn set_bridges(&mut self, bridges: &[Bridge]) {
+        self.bridges = bridges.to_vec();
+        self.first_bridge = self.ports.len();
+        let count = bridges.iter().map(|bridge| bridge.number + 1).max();
+        let all = self.first_bridge + count.unwrap_or(0);
+        self.ports.resize(all, Port::default());
+    }
+
     /// Whether anything is arbitrated.
     pub fn arbitrates(&self) -> bool {
         !self.ports.is_empty()
     }
 
     /// Priorities as BUS_PRIORITY has them: bit 0 core 0, bit 4 core 1, bits 8 and 12 the DMA's
-    /// reads and writes.
+    /// reads and writes. At bridges bit 4 is the DMA's writes (E27); that bit 8 is core 1 there and
+    /// bit 12 the DMA's reads is a guess, which no test and no firmware rests on.
     pub fn set_priorities(&mut self, register: u32) {
         let high = |bit: u32| register >> bit & 1 != 0;
-        self.high = [high(0), high(0), high(4), high(4), high(8), high(12)];
+        let [core0, core1, reads, writes] = [0, 4, 8, 12].map(high);
+        self.high = [
+            [core0, core0, core1, core1, reads, writes],
+            [core0, core0, reads, reads, writes, core1],
+        ];
     }
 
     /// Cycles that a core's data access has to wait.
-    pub fn data(&mut self, core: usize, address: u32, cycle: u64) -> u64 {
+    pub fn data(&mut self, core: usize, address: u32, cycle: u64, write: bool) -> u64 {
         if core >= CORES {
             return 0;
         }
-        self.claim(2 * core + 1, address, cycle) + u64::from(self.meets(core, address))
+        let wait = self.access(2 * core + 1, address, cycle, write);
+        self.waited[usize::from(self.port(address).is_none())] += wait;
+        wait + u64::from(self.meets(core, address))
     }
 
     /// Whether an access is in the bank of one of the words behind the instruction that is
@@ -114,30 +169,71 @@ impl Fabric {
 
     /// A core fetches ahead of the instruction that it begins.
     pub fn fetch(&mut self, core: usize, instruction: u32, cycle: u64) {
-        let word = (instruction & !3).wrapping_add(8);
+        let word = fetched_word(instruction);
         if core < CORES && self.fetched[core] != word {
             self.fetched[core] = word;
-            self.claim(2 * core, word, cycle);
+            self.access(2 * core, word, cycle, false);
         }
     }
 
-    /// A DMA's access; that it waits is not modelled.
+    /// A DMA's access.
     pub fn dma(&mut self, address: u32, cycle: u64, write: bool) {
-        self.claim(DMA + usize::from(write), address, cycle);
+        let held = self
+            .hold(address, write)
+            .map_or(0, |(_, cycles)| cycles - 1);
+        let wait = self.access(DMA + usize::from(write), address, cycle, write);
+        self.dma_cycles += held + wait;
     }
 
-    fn claim(&mut self, manager: usize, address: u32, cycle: u64) -> u64 {
-        let Some(index) = self.port(address) else {
+    /// Cycles beyond the first that the DMA's accesses took since this was asked last.
+    pub fn take_dma_cycles(&mut self) -> u64 {
+        std::mem::take(&mut self.dma_cycles)
+    }
+
+    /// An access of a manager: how long it waits.
+    fn access(&mut self, manager: usize, address: u32, cycle: u64, write: bool) -> u64 {
+        let Some((port, cycles)) = self.hold(address, write) else {
             return 0;
         };
+        self.claim(Claim {
+            manager,
+            port,
+            cycle,
+            cycles,
+        })
+    }
+
+    /// The port of an address, and for how long an access holds it.
+    fn hold(&self, address: u32, write: bool) -> Option<(usize, u64)> {
+        if let Some(port) = self.port(address) {
+            return Some((port, 1));
+        }
+        let bridge = self.bridges.iter().find(|own| own.contains(address))?;
+        let cycles = if write { bridge.write } else { bridge.read };
+        Some((self.first_bridge + bridge.number, cycles))
+    }
+
+    fn claim(&mut self, claim: Claim) -> u64 {
+        let Claim {
+            manager,
+            port,
+            cycle,
+            cycles,
+        } = claim;
+        let at_bridge = port >= self.first_bridge && !self.bridges.is_empty();
+        let high = &self.high[usize::from(at_bridge)];
         let owed = std::mem::take(&mut self.owed[manager]);
-        let port = &mut self.ports[index];
+        let port = &mut self.ports[port];
+        let both_cores = manager < DMA && port.manager < DMA;
         let same_core = manager / 2 == port.manager / 2 && manager < DMA;
-        let taken = port.free > cycle && !same_core;
-        let first = taken && self.high[manager] && !self.high[port.manager];
+        let passes = same_core || at_bridge && both_cores;
+        let taken = port.free > cycle && !passes;
+        // What began earlier holds a bridge to its end.
+        let begins = !at_bridge || port.began >= cycle;
+        let first = taken && begins && high[manager] && !high[port.manager];
         if first {
             // The other one was let through in this cycle because it came to be counted first.
-            self.owed[port.manager] += 1;
+            self.owed[port.manager] += cycles;
         }
         let wait = if taken && !first {
             port.free - cycle
@@ -145,15 +241,54 @@ impl Fabric {
             0
         };
         *port = Port {
-            free: port.free.max(cycle + wait + 1),
+            began: cycle + wait,
+            free: port.free.max(cycle + wait + cycles),
             manager,
         };
         wait + owed
     }
 
+    /// Whether cores that use no port in common never wait: none is owed a cycle, and no DMA is at
+    /// work.
+    pub fn is_even(&self) -> bool {
+        !self.dma && !self.meets_fetches && self.owed.iter().all(|owed| *owed == 0)
+    }
+
+    /// The ports that each core holds in a cycle or later, a bit each; nothing when a DMA holds
+    /// one.
+    pub fn held(&self, cycle: u64) -> Option<[u32; CORES]> {
+        let mut held = [0; CORES];
+        for (port, last) in self.ports.iter().enumerate() {
+            if last.free > cycle {
+                *held.get_mut(last.manager / 2)? |= 1 << port;
+            }
+        }
+        Some(held)
+    }
+
+    /// What is left of a core's accesses at ports that nobody else used: each with its port and
+    /// cycle, and the instruction that it executed last.
+    pub fn settle(&mut self, core: usize, accesses: impl Iterator<Item = (u8, u64)>, last: u32) {
+        for (port, cycle) in accesses {
+            if let Some(port) = self.ports.get_mut(port as usize) {
+                *port = Port {
+                    began: cycle,
+                    free: port.free.max(cycle + 1),
+                    manager: 2 * core + 1,
+                };
+            }
+        }
+        self.fetched[core] = fetched_word(last);
+    }
+
     fn port(&self, address: u32) -> Option<usize> {
         self.banks.iter().find_map(|banks| banks.port(address))
     }
+}
+
+/// The word that is fetched while an instruction is executed.
+pub(crate) fn fetched_word(instruction: u32) -> u32 {
+    (instruction & !3).wrapping_add(8)
 }
 
 #[cfg(test)]
@@ -178,20 +313,24 @@ mod tests {
     #[test]
     fn one_access_a_cycle_and_port() {
         let mut fabric = Fabric::new(BANKS);
-        assert_eq!(fabric.data(0, 0x2000_0000, 10), 0);
-        assert_eq!(fabric.data(1, 0x2000_0004, 10), 0, "another bank");
+        assert_eq!(fabric.data(0, 0x2000_0000, 10, false), 0);
+        assert_eq!(fabric.data(1, 0x2000_0004, 10, false), 0, "another bank");
         assert_eq!(
-            fabric.data(1, 0x2000_0010, 10),
+            fabric.data(1, 0x2000_0010, 10, false),
             1,
             "the same bank, four words on"
         );
         assert_eq!(
-            fabric.data(0, 0x2000_0020, 11),
+            fabric.data(0, 0x2000_0020, 11, false),
             1,
             "now the one that waited has it"
         );
-        assert_eq!(fabric.data(1, 0x2000_0000, 13), 0);
-        assert_eq!(fabric.data(0, 0x3000_0000, 13), 0, "no memory of these");
+        assert_eq!(fabric.data(1, 0x2000_0000, 13, false), 0);
+        assert_eq!(
+            fabric.data(0, 0x3000_0000, 13, false),
+            0,
+            "no memory of these"
+        );
     }
 
     #[test]
@@ -203,20 +342,20 @@ mod tests {
             ports: 1,
         };
         let mut fabric = Fabric::new(&[BANKS[0], also]);
-        assert_eq!(fabric.data(0, 0x2000_0008, 10), 0);
-        assert_eq!(fabric.data(1, 0x2100_0000, 10), 1);
+        assert_eq!(fabric.data(0, 0x2000_0008, 10, false), 0);
+        assert_eq!(fabric.data(1, 0x2100_0000, 10, false), 1);
     }
 
     #[test]
     fn a_core_does_not_wait_for_its_own_fetches_but_others_do() {
         let mut fabric = Fabric::new(BANKS);
         fabric.fetch(0, 0x2000_0100, 20);
-        assert_eq!(fabric.data(0, 0x2000_0180, 20), 0);
+        assert_eq!(fabric.data(0, 0x2000_0180, 20, false), 0);
         fabric.fetch(0, 0x2000_0104, 21);
-        assert_eq!(fabric.data(1, 0x2000_0180, 21), 1);
+        assert_eq!(fabric.data(1, 0x2000_0180, 21, false), 1);
         fabric.fetch(0, 0x2000_0106, 23);
         assert_eq!(
-            fabric.data(1, 0x2000_0180, 23),
+            fabric.data(1, 0x2000_0180, 23, false),
             0,
             "the same word is fetched once"
         );
@@ -227,7 +366,7 @@ mod tests {
         let mut fabric = Fabric::new(BANKS);
         fabric.fetch(0, 0x2000_0000, 20);
         let waits = |fabric: &mut Fabric| {
-            [0, 4, 8, 12, 0x100].map(|bank| fabric.data(0, 0x2000_0040 + bank, 30))
+            [0, 4, 8, 12, 0x100].map(|bank| fabric.data(0, 0x2000_0040 + bank, 30, false))
         };
         assert_eq!(waits(&mut fabric), [0; 5]);
         fabric.meets_fetches = true;
@@ -244,10 +383,10 @@ mod tests {
     fn high_priority_goes_first() {
         let mut fabric = Fabric::new(BANKS);
         fabric.set_priorities(1 << 4);
-        assert_eq!(fabric.data(0, 0x2000_0000, 5), 0);
-        assert_eq!(fabric.data(1, 0x2000_0000, 5), 0);
+        assert_eq!(fabric.data(0, 0x2000_0000, 5, false), 0);
+        assert_eq!(fabric.data(1, 0x2000_0000, 5, false), 0);
         assert_eq!(
-            fabric.data(0, 0x2000_0004, 6),
+            fabric.data(0, 0x2000_0004, 6, false),
             1,
             "what it should have waited"
         );
@@ -257,14 +396,99 @@ mod tests {
     fn a_dma_is_one_of_them() {
         let mut fabric = Fabric::new(BANKS);
         fabric.dma(0x2000_0008, 7, false);
-        assert_eq!(fabric.data(0, 0x2000_0018, 7), 1);
+        assert_eq!(fabric.data(0, 0x2000_0018, 7, false), 1);
         // Both of its managers may be before a core, unless the core has priority.
         fabric.dma(0x2000_0008, 20, false);
         fabric.dma(0x2000_0018, 20, true);
-        assert_eq!(fabric.data(0, 0x2000_0028, 20), 2);
+        assert_eq!(fabric.data(0, 0x2000_0028, 20, false), 2);
         fabric.set_priorities(1);
         fabric.dma(0x2000_0008, 30, false);
         fabric.dma(0x2000_0018, 30, true);
-        assert_eq!(fabric.data(0, 0x2000_0028, 30), 0);
+        assert_eq!(fabric.data(0, 0x2000_0028, 30, false), 0);
+    }
+
+    const BRIDGE: Bridge = Bridge {
+        base: 0x4000_0000,
+        bytes: 0x100,
+        number: 0,
+        read: 3,
+        write: 4,
+    };
+
+    /// Core 0 and the DMA at a bridge, and a write of the DMA that has the port from cycle 10.
+    fn bridged(priorities: u32) -> Fabric {
+        let mut fabric = Fabric::new(BANKS);
+        fabric.set_bridges(&[BRIDGE]);
+        fabric.set_priorities(priorities);
+        fabric
+    }
+
+    #[test]
+    fn a_bridge_is_held_for_several_cycles_and_nothing_under_way_is_ended() {
+        for priorities in [0, 0x1, 0x11] {
+            let mut fabric = bridged(priorities);
+            fabric.dma(0x4000_0010, 10, true);
+            assert_eq!(fabric.data(0, 0x4000_0000, 11, false), 3);
+            assert_eq!(
+                fabric.data(0, 0x2000_0000, 11, false),
+                0,
+                "a bank is no bridge"
+            );
+            assert_eq!(fabric.take_dma_cycles(), 3);
+            fabric.dma(0x4000_0010, 15, false);
+            assert_eq!(fabric.take_dma_cycles(), 2 + 2, "it waits for the core too");
+            assert_eq!(fabric.data(1, 0x4000_0000, 16, false), 4);
+            assert_eq!(
+                fabric.data(0, 0x4000_0000, 17, false),
+                0,
+                "cores do not meet"
+            );
+        }
+    }
+
+    #[test]
+    fn both_accesses_of_a_dma_may_be_before_one_of_a_core() {
+        let mut fabric = bridged(0);
+        fabric.dma(0x4000_0010, 10, false);
+        fabric.dma(0x4000_0020, 10, true);
+        assert_eq!(fabric.data(0, 0x4000_0000, 10, false), 7);
+    }
+
+    #[test]
+    fn priorities_of_bridges_are_other_managers() {
+        // Reads of the DMA are low with 0x11, as they are said to be; its writes are high (E27).
+        let mut fabric = bridged(0x11);
+        fabric.dma(0x4000_0010, 10, false);
+        assert_eq!(fabric.data(0, 0x4000_0000, 10, false), 0);
+        assert_eq!(fabric.take_dma_cycles(), 2);
+        fabric.dma(0x4000_0010, 20, false);
+        assert_eq!(
+            fabric.take_dma_cycles(),
+            2 + 3,
+            "what it should have waited"
+        );
+        let mut fabric = bridged(0x11);
+        fabric.dma(0x4000_0010, 10, true);
+        assert_eq!(fabric.data(0, 0x4000_0000, 10, false), 4);
+        let mut fabric = bridged(0x1);
+        fabric.dma(0x4000_0010, 10, true);
+        assert_eq!(fabric.data(0, 0x4000_0000, 10, false), 0);
+    }
+
+    #[test]
+    fn a_dma_waits_for_cores_of_high_priority() {
+        let mut fabric = bridged(0x11);
+        // Four accesses in a row of one core at the bank that the DMA wants in the first cycle.
+        fabric.dma(0x2000_0100, 10, false);
+        let waited: u64 = (10..14)
+            .map(|c| fabric.data(0, 0x2000_0104, c, false))
+            .sum();
+        assert_eq!(waited, 0);
+        fabric.dma(0x2000_0108, 13, false);
+        assert_eq!(
+            fabric.take_dma_cycles(),
+            1 + 1,
+            "this one's turn, and what it owes"
+        );
     }
 }

@@ -34,6 +34,7 @@
 
 mod access;
 mod alu;
+mod apart;
 mod block;
 mod board;
 mod boards;
@@ -78,7 +79,10 @@ pub use lines::{Lines, Start};
 pub use machine::Machine;
 pub use memory::{Memory, MemoryError, Watch};
 pub use observe::{Observer, Step};
-pub use outside::{Hand, Knob, KnobParts, KnobPins, Motor, MotorParameters, SensorFault};
+pub use outside::{
+    BenchKey, BenchPins, Finger, Hand, KeyBench, KeyParts, KeyPins, Knob, KnobParts, KnobPins,
+    Motor, MotorParameters, SensorFault,
+};
 pub use pins::{PinChange, Pins};
 pub use register::Register;
 pub use semihosting::Semihosting;

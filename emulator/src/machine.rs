@@ -10,6 +10,7 @@
 //! Cores interleave by cycle, the lower number first where cycles are equal: each sees what the
 //! others did before, as the hardware would without bus conflicts.
 
+use crate::apart::Apart;
 use crate::board::{Board, BoardError};
 use crate::bus::Bus;
 use crate::core::Core;
@@ -34,6 +35,7 @@ pub struct Machine {
     pub semihosting: Semihosting,
     board: Board,
     pub(crate) cores: Vec<Core>,
+    pub(crate) apart: Apart,
     breakpoints: BTreeSet<u32>,
     watches: Vec<Watch>,
     /// While a called function runs, the cycle in which it was entered.
@@ -70,6 +72,7 @@ impl Machine {
                 ..Semihosting::default()
             },
             cores: (0..board.cores).map(core).collect(),
+            apart: Apart::default(),
             board,
             breakpoints: BTreeSet::new(),
             watches: Vec::new(),
@@ -127,6 +130,12 @@ impl Machine {
     /// but a datasheet leaves open; they do not unless this is said.
     pub fn set_meets_fetches(&mut self, meets: bool) {
         self.bus.fabric.meets_fetches = meets;
+    }
+
+    /// Cycles that loads and stores of all cores have waited for others so far: at banks of memory,
+    /// and behind bridges to peripherals.
+    pub fn waited_cycles(&self) -> [u64; 2] {
+        self.bus.fabric.waited
     }
 
     /// Resets all cores, keeping memory and time: the first one starts from the board's vector

@@ -3,7 +3,9 @@
 //! A board file is all that a board of one's own needs. What the linker does with it is
 //! `whippen_compiler::image`'s.
 
+mod bench;
 mod knob;
+mod known;
 
 use std::path::Path;
 
@@ -11,64 +13,10 @@ use whippen_compiler::board::{AccessTime, BANKS_MAX, Bus};
 use whippen_compiler::image::{Board, Memory, MemoryKind, Placement, Start};
 use whippen_isa::Arch;
 
-use crate::entries::{Entries, Known};
+use known::{BUNDLED, KEYS};
+
+use crate::entries::Entries;
 use crate::files::{FileError, InputKind, read_text};
-
-/// The bundled boards: file and text.
-const BUNDLED: &[(&str, &str)] = &[
-    (
-        "rp2350.toml",
-        include_str!("../../instruments/hardware/rp2350.toml"),
-    ),
-    (
-        "rp2040.toml",
-        include_str!("../../instruments/hardware/rp2040.toml"),
-    ),
-    (
-        "pico2_knob.toml",
-        include_str!("../../instruments/hardware/pico2_knob.toml"),
-    ),
-    (
-        "stm32f4.toml",
-        include_str!("../../instruments/hardware/stm32f4.toml"),
-    ),
-];
-
-const KEYS: &[Known] = &[
-    ("name", "rp2350"),
-    ("core", "cortex-m33"),
-    ("cores", "2"),
-    ("clock", "150 MHz"),
-    ("ports", "2"),
-    ("start", "image definition"),
-    ("uf2_family", "0xe48bff59"),
-    ("stacks", "0x20081000 0x20082000"),
-    ("memory.*.base", "0x20000000"),
-    ("memory.*.size", "256 KiB"),
-    ("memory.*.kind", "ram"),
-    ("memory.*.access", "1 cycle"),
-    ("memory.*.fetch", "1 cycle"),
-    ("memory.*.banks", "SRAM0 SRAM1 SRAM2 SRAM3"),
-    ("memory.*.stripe", "4 bytes"),
-    ("bus.*.base", "0x40000000"),
-    ("bus.*.size", "256 MiB"),
-    ("bus.*.read", "3 cycles"),
-    ("bus.*.write", "4 cycles"),
-    ("device.*", "0x40070000"),
-    ("interrupt.converter", "46"),
-    ("place.*", "sram0"),
-    ("knob.clock", "2"),
-    ("knob.select", "3"),
-    ("knob.data", "4"),
-    ("knob.phases", "6 7 8"),
-    ("knob.enable", "9"),
-    ("knob.fault", "10"),
-    ("knob.period", "3400 cycles"),
-    ("knob.ahead", "1000 cycles"),
-    ("knob.supply", "12000 mV"),
-    ("knob.align", "2000 mV"),
-    ("knob.pole_pairs", "7"),
-];
 
 /// Cores by name, and their architectures.
 const CORES: &[(&str, Arch)] = &[
@@ -84,6 +32,7 @@ const STARTS: &[(&str, Start)] = &[
 ];
 /// What one access at a time may be said to take.
 const CYCLES: &[(&str, u32)] = &[("cycle", 1), ("cycles", 1)];
+const MILLIVOLTS: &[(&str, u32)] = &[("mV", 1), ("V", 1000)];
 const SIZES: &[(&str, u32)] = &[("KiB", 1 << 10), ("MiB", 1 << 20), ("bytes", 1)];
 const PORTS: &[(&str, bool)] = &[("1", false), ("2", true)];
 const KINDS: &[(&str, MemoryKind)] = &[("flash", MemoryKind::Flash), ("ram", MemoryKind::Ram)];
@@ -147,6 +96,7 @@ fn read(path: &Path, text: &str) -> Result<Board, FileError> {
         stacks: stacks(&entries)?,
         places,
         knob: knob::knob(&entries)?,
+        bench: bench::bench(&entries)?,
     };
     match board.contradiction() {
         Some(wrong) => Err(entries.error(&wrong.key, &wrong.what)),
@@ -402,6 +352,18 @@ fn scaled(entries: &Entries, key: &str, units: &[(&str, u32)]) -> Result<u32, Fi
             ),
         )
     })
+}
+
+/// A whole number.
+fn whole(entries: &Entries, key: &str, text: &str) -> Result<u32, FileError> {
+    let what = || format!("has `{text}`, but must be a whole number");
+    text.parse().map_err(|_| entries.error(key, &what()))
+}
+
+/// Whole numbers, with spaces between them.
+fn wholes(entries: &Entries, key: &str) -> Result<Vec<u32>, FileError> {
+    let words = entries.text(key)?.split_whitespace();
+    words.map(|word| whole(entries, key, word)).collect()
 }
 
 #[cfg(test)]

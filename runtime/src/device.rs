@@ -19,7 +19,7 @@ mod converter;
 mod file;
 mod matching;
 mod mechanics;
-mod noise;
+pub(crate) mod noise;
 mod port;
 mod port_file;
 
@@ -29,13 +29,17 @@ use whippen_compiler::scales::PortScales;
 
 use crate::files::{FileError, InputKind, read_text};
 pub use mechanics::{FeltStops, Mechanics};
-pub use port::{Drive, Port, Sensor, Stands, Winding};
+pub use port::{Drive, Port, Sensor, Stands, Supply, Winding};
 
 /// The bundled devices: file and text.
 const BUNDLED: &[(&str, &str)] = &[
     (
         "mikey.toml",
         include_str!("../../instruments/hardware/mikey.toml"),
+    ),
+    (
+        "chain.toml",
+        include_str!("../../instruments/hardware/chain.toml"),
     ),
     (
         "knob.toml",
@@ -56,6 +60,10 @@ const BUNDLED: &[(&str, &str)] = &[
     (
         "mouse.toml",
         include_str!("../../instruments/hardware/mouse.toml"),
+    ),
+    (
+        "voice_coil.toml",
+        include_str!("../../instruments/hardware/voice_coil.toml"),
     ),
 ];
 
@@ -135,6 +143,12 @@ impl Device {
     /// The drive of the [first port](Device::port); one without any force if it has none.
     pub fn drive(&self) -> Drive {
         self.port().drive()
+    }
+
+    /// Ticks from a place to the force that answers it, as the [first port](Device::port) says
+    /// them; what the coil takes is not among them.
+    pub fn delay_samples(&self) -> f64 {
+        self.sensor().delay_samples + self.drive().delay_samples
     }
 
     /// The same with noise of this size (SI, root of the mean square) in the first sensor.

@@ -241,8 +241,7 @@ impl SetupArgs {
         let compile = |&model: &&Model| load::compiled(&map, model.clone(), &device, false);
         let instruments = models.iter().map(compile).collect::<Result<_, _>>()?;
         Ok(ImageSetup {
-            // A board with a knob has one.
-            keys: self.keys.unwrap_or(board.knob.map_or(layout.keys, |_| 1)),
+            keys: self.keys.unwrap_or(usual_keys_of(&board, &layout)),
             instruments,
             layout,
             map,
@@ -267,6 +266,15 @@ pub fn find_board(wanted: Option<&OsStr>, keyboard: Option<&Keyboard>) -> Result
         None => (name.to_str().and_then(board::bundled)).ok_or_else(|| BOARD.absent(name)),
     };
     found.map_err(Failure::Usage)
+}
+
+/// How many keys a board has where nobody says: those that are wired, or the keyboard's.
+fn usual_keys_of(board: &Board, layout: &Layout) -> u32 {
+    match (&board.knob, &board.bench) {
+        (Some(_), _) => 1,
+        (None, Some(bench)) => bench.keys(),
+        (None, None) => layout.keys,
+    }
 }
 
 /// The prefix of all names of an instrument in code.

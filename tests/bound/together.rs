@@ -111,6 +111,7 @@ fn bounds(count: usize) -> [u64; 2] {
             fetches: true,
             contenders,
             remote_accesses: 0,
+            dma: None,
         };
         let lies = Lies {
             code: banks(CODE),

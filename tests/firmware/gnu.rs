@@ -253,6 +253,43 @@ fn the_same_bytes_of_a_knob() {
     assert!(compared > 1800, "{compared} bytes");
 }
 
+#[test]
+fn the_same_bytes_of_a_bench() {
+    if !whippen_need::tools(&["arm-none-eabi-as", "arm-none-eabi-objcopy"]) {
+        return;
+    }
+    let board = board::bundled("rp2350b_bench").expect("it is bundled");
+    let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
+    let of = |keys: u32| Setup {
+        keys: vec![keys],
+        rate_hz: Rate::new(750_000, 17).expect("a rate"),
+        coil: Some(Coil {
+            resistance_mohm: 4000,
+            kept: 3_922_000_000,
+            peak_ma: 2000,
+            torque_constant_un_m: 7000,
+        }),
+        ..setup()
+    };
+    let program = Rig::new(&kernel("virtual-spring.whip"), 0).programs;
+    let refused = |setup: &Setup| constants(&program, setup, &board).expect_err("refused");
+    let others = Setup {
+        rate_hz: Rate::whole(44_100),
+        ..of(8)
+    };
+    assert_eq!(
+        [refused(&of(9)), refused(&others)],
+        [
+            FirmwareError::BenchKeys(9, 8),
+            FirmwareError::Period(3400, Rate::whole(44_100)),
+        ]
+    );
+    for keys in [1, 5, 8] {
+        let compared = compare(&board, "cortex-m33", &of(keys), Form::Plain);
+        assert!(compared > 1600, "{compared} bytes");
+    }
+}
+
 /// Names that the tests of mistakes would not find: a board's text is reported as it was named.
 #[test]
 fn a_board_s_mistake_is_told_with_its_line() {

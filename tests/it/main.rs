@@ -3,6 +3,7 @@
 mod action;
 mod agree;
 mod arm;
+mod bench;
 mod bowed;
 mod budget;
 mod button_and_knob;

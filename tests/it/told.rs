@@ -148,7 +148,7 @@ fn options_say_what_number_is_wanted() {
 fn hardware_that_is_not_there_says_what_is() {
     let shell = Shell::new().with("lamp.whip", LAMP);
     let boards = [
-        "boards are pico2_knob, rp2040, rp2350, stm32f4",
+        "boards are pico2_knob, rp2040, rp2350, rp2350b_bench, stm32f4",
         "docs/build.md",
     ];
     let near = "did you mean `rp2350`?";
@@ -156,7 +156,10 @@ fn hardware_that_is_not_there_says_what_is() {
         let says = [&boards[..], &[near]].concat();
         shell.refuses(2, &["budget", "lamp.whip", "--board", board], &says);
     }
-    let devices = ["devices are gimbal, knob, mikey", "docs/how-to/device.md"];
+    let devices = [
+        "devices are chain, gimbal, knob, mikey",
+        "docs/how-to/device.md",
+    ];
     shell.refuses(
         2,
         &["run", "lamp.whip", "--device", "absent.toml"],

@@ -66,6 +66,14 @@ fn a_frame_of_many_words_is_compiled() {
     }
 }
 
+/// Each maximum is a branch on a Cortex-M0+, whose other side would lie kilobytes away.
+#[test]
+fn many_decisions_one_after_the_other_are_within_reach() {
+    for core in CORES {
+        compare(1, &wide(110), core);
+    }
+}
+
 #[test]
 fn a_frame_beyond_what_loads_reach_is_refused() {
     let options = Options {

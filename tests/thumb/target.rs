@@ -264,6 +264,7 @@ fn memory(arch: Arch) -> LinkBoard {
             memory: ram.name.clone(),
         }],
         knob: None,
+        bench: None,
         fetches_apart: arch != Arch::V6M,
         banks: vec!["RAM".to_string()],
         memory: vec![ram],

@@ -73,6 +73,7 @@ mod validate;
 mod wave;
 
 use crate::image::{Object, Section, SectionKind, timing};
+use block_layout::OffPath;
 use compile::Compiler;
 use emit::assemble;
 use func::Allocated;
@@ -346,8 +347,15 @@ fn compile_parts<'m>(
 fn build_object(parts: Parts, options: &Options) -> Result<Built, ThumbError> {
     let modes = &parts.modes;
     let name = &options.name;
-    let program = write_program(&parts.layout, &parts.core, &modes.kernel, name, &parts.made);
-    let code = assemble(program.items, program.labels, parts.core.arch, name)?;
+    let written = |off_path| {
+        let (layout, core) = (&parts.layout, &parts.core);
+        let program = write_program(layout, core, &modes.kernel, name, &parts.made, off_path);
+        assemble(program.items, program.labels, core.arch, name)
+    };
+    let code = match written(OffPath::Behind) {
+        Err(ThumbError::Branches { .. }) => written(OffPath::Near)?,
+        code => code?,
+    };
     let mut object = assemble_object(&modes.kernel, &parts.layout, options, &parts.literals, code);
     v6m::add_routines(&mut object, options)?;
     wave::add_routines(&mut object, &modes.kernel, &parts.layout, options)?;

@@ -33,6 +33,7 @@ impl Board {
             .or_else(|| self.devices_outside())
             .or_else(|| self.start_outside_flash())
             .or_else(|| self.knob_that_cannot_be())
+            .or_else(|| self.bench_that_cannot_be())
     }
 
     /// Memories and buses that share addresses.

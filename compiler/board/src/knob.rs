@@ -5,6 +5,8 @@
 //!   sample ----frame, tick, at most `ahead` cycles----> the carrier's wrap takes the three phases over
 //! ```
 
+use std::borrow::Cow;
+
 use crate::{Board, Contradiction};
 
 /// Cycles from a frame's beginning until its word is there: select, 24 bits, a push.
@@ -44,14 +46,14 @@ pub struct Knob {
 }
 
 /// A wire from the chip to a part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wire {
     /// The chip's GPIO.
     pub gpio: u32,
     /// The pin of a Raspberry Pi Pico 2 that it leads to, if it leads to one.
     pub pico_pin: Option<u32>,
     /// What is at its other end.
-    pub to: &'static str,
+    pub to: Cow<'static, str>,
 }
 
 /// The GPIO of each of the 40 pins of a Raspberry Pi Pico 2 that has one, in order; 99 for supply,
@@ -60,6 +62,12 @@ const PICO_PINS: [u32; 40] = [
     0, 1, 99, 2, 3, 4, 5, 99, 6, 7, 8, 9, 99, 10, 11, 12, 13, 99, 14, 15, 16, 17, 99, 18, 19, 20,
     21, 99, 22, 99, 26, 27, 99, 28, 99, 99, 99, 99, 99, 99,
 ];
+
+/// The pin of a Raspberry Pi Pico 2 that a GPIO leads to.
+pub(crate) fn pico_pin(gpio: u32) -> Option<u32> {
+    let mut pins = (1..).zip(PICO_PINS);
+    pins.find_map(|(pin, own)| (own == gpio).then_some(pin))
+}
 
 impl Knob {
     /// What leads where, in the order of the chip's pins.
@@ -80,10 +88,8 @@ impl Knob {
         all.sort_unstable();
         let wire = |(gpio, to): (u32, &'static str)| Wire {
             gpio,
-            pico_pin: (1..)
-                .zip(PICO_PINS)
-                .find_map(|(pin, own)| (own == gpio).then_some(pin)),
-            to,
+            pico_pin: pico_pin(gpio),
+            to: to.into(),
         };
         all.map(wire).to_vec()
     }
@@ -167,8 +173,9 @@ impl Board {
 
     /// Cycles that a tick may take where its period has so many.
     pub fn deadline_cycles(&self, period_cycles: u64) -> u64 {
-        let knob = self.knob.map_or(u64::MAX, |knob| knob.deadline_cycles());
-        knob.min(period_cycles)
+        let knob = self.knob.map(|knob| knob.deadline_cycles());
+        let bench = self.bench.as_ref().map(|bench| bench.deadline_cycles());
+        knob.or(bench).unwrap_or(u64::MAX).min(period_cycles)
     }
 }
 

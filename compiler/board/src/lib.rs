@@ -8,6 +8,7 @@
 //!
 //! Not here: reading files, pipelines of cores (`whippen_isa::timing`), the firmware's texts.
 
+mod bench;
 mod contradiction;
 mod knob;
 mod memory;
@@ -15,6 +16,7 @@ mod memory;
 use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 
+pub use bench::{Bench, CONVERSION_CYCLES, CONVERSIONS, DmaTraffic, PACE_SLICE, TICK_SLICE};
 pub use contradiction::Contradiction;
 pub use knob::{FRAME_CYCLES, Knob, Wire};
 pub use memory::{AccessTime, BANKS_MAX, BankSet, Bus, Memory, MemoryKind};
@@ -66,7 +68,8 @@ pub struct Board {
     pub buses: Vec<Bus>,
     /// Devices that the firmware uses, by name, with the first address of each.
     pub devices: Vec<(String, u32)>,
-    /// Number of the interrupt of a tick: the converter's, or that of the knob's sensor.
+    /// Number of the interrupt of a tick: the converter's, that of the knob's sensor, or that of
+    /// the slice of PWM which counts a bench's ticks.
     pub converter_interrupt: u32,
     /// Where the stack of each core ends: the address behind its highest word.
     pub stacks: Vec<u32>,
@@ -74,6 +77,8 @@ pub struct Board {
     pub places: Vec<Placement>,
     /// The knob on its pins, in place of the emulator's converter.
     pub knob: Option<Knob>,
+    /// The key bench on its pins, in place of that.
+    pub bench: Option<Bench>,
 }
 
 /// What is at an address.

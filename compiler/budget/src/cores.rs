@@ -5,7 +5,7 @@
 //! accesses its own data. What a core looks up in the other's memory between ticks comes as a
 //! number (`FirmwareImage::visits`).
 
-use super::memory::{Extent, Interference, Lies, Others, Reach};
+use super::memory::{Dma, Extent, Interference, Lies, Others, Reach};
 use super::program::Program;
 use super::tick_handler::{OnCore, TickHandlerBound, stack_memory, tick_handlers};
 use super::waiting::{WaitCause, Waited};
@@ -131,6 +131,7 @@ fn around<'a>(
             _ => cut.crossing_early() + cut.crossing_heard(),
         };
     }
+    others.dma = dma(whole, board);
     let is_only = cores == 1 && cut.is_none();
     let own_code = code_banks(image, board, core);
     // A single core also runs what is named after another one.
@@ -144,6 +145,22 @@ fn around<'a>(
         stack: stack_memory(program, board, core).map_or(Reach::default(), |(_, reach)| reach),
     };
     Interference::new(board, &program.sections, lies, others)
+}
+
+/// What a DMA does in a tick, if the board has one at work. Behind a bridge each access of a core
+/// is taken to meet one of its reads and one of its writes, however many there are.
+fn dma(whole: &FirmwareImage, board: &Board) -> Option<Dma> {
+    let traffic = board.dma_traffic()?;
+    let kinds = [traffic.reads, traffic.writes].map(|count| u16::from(count > 0));
+    Some(Dma {
+        device: board.device(traffic.device)?,
+        wait_cycles: kinds.iter().sum::<u16>() * traffic.cycles,
+        in_memory: if whole.yields_dma {
+            0
+        } else {
+            traffic.in_memory
+        },
+    })
 }
 
 /// Where a core's data lie.

@@ -5,7 +5,8 @@
 //! * what the memory or the bus takes beyond a cycle;
 //! * an access of every other manager that may use the bank, as the phase of the round robin is not
 //!   documented;
-//! * an own fetch, where the word may lie in a bank that the code is fetched from.
+//! * an own fetch, where the word may lie in a bank that the code is fetched from;
+//! * at a bridge to devices that a DMA uses too, one read and one write of its.
 //!
 //! All are upper bounds, by rules. An address that facts do not narrow is taken for the core's own
 //! data; what may be fetched or accessed in memory without a known time is an error.
@@ -18,7 +19,7 @@ mod pipelining;
 mod waits;
 
 use whippen_arm::image::Linked;
-use whippen_board::{AccessTime, BankSet, Board, Memory, Target};
+use whippen_board::{AccessTime, BankSet, Board, Bus, Memory, Target};
 use whippen_isa::timing::Outcome;
 use whippen_isa::{Inst, reg};
 
@@ -141,6 +142,20 @@ pub struct Others {
     /// How many accesses of others come in a tick besides: each makes one of ours wait for one
     /// access at most.
     pub remote_accesses: u32,
+    /// What a DMA does besides.
+    pub dma: Option<Dma>,
+}
+
+/// A DMA at work in a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dma {
+    /// An address behind the bridge that it uses.
+    pub device: u32,
+    /// Cycles that one access there waits for it, at most: what is under way is not ended, and of
+    /// its reads and writes one each may come first.
+    pub wait_cycles: u16,
+    /// Its accesses of memory for which an access of ours may wait: none where the cores go first.
+    pub in_memory: u32,
 }
 
 /// Cycles of an access to a bank, beyond one.
@@ -265,12 +280,8 @@ impl<'a> Interference<'a> {
         }
         let buses = self.board.buses.iter();
         let device = buses
-            .map(|bus| bus.read_cycles.max(bus.write_cycles).saturating_sub(1))
-            .max();
-        let device = Waits {
-            access: device.unwrap_or(0),
-            ..Waits::default()
-        };
+            .map(|bus| self.device(bus, bus.read_cycles.max(bus.write_cycles)))
+            .fold(Waits::default(), Waits::max);
         let all = self.board.memory.iter().flat_map(|memory| &memory.banks);
         let more = all
             .map(|&bank| self.bank(graph.fetched, bank))
@@ -338,17 +349,23 @@ impl<'a> Interference<'a> {
 
     /// A word at an address.
     fn one_word(&self, access: Access, word: u32) -> Result<Waits, UnknownTime> {
-        let device = |cycles: u16| Waits {
-            access: cycles.saturating_sub(1),
-            ..Waits::default()
-        };
         match self.board.target(word) {
             Target::Memory(memory) if memory.access.extra_cycles().is_some() => Ok(memory
                 .bank(word)
                 .map_or(Waits::default(), |bank| self.bank(access.fetched, bank))),
-            Target::Bus(bus) if access.store => Ok(device(bus.write_cycles)),
-            Target::Bus(bus) => Ok(device(bus.read_cycles)),
+            Target::Bus(bus) if access.store => Ok(self.device(bus, bus.write_cycles)),
+            Target::Bus(bus) => Ok(self.device(bus, bus.read_cycles)),
             _ => Err(self.unknown(access.at, false, self.unknown_at(word))),
+        }
+    }
+
+    /// One access behind a bridge, which takes so many cycles.
+    fn device(&self, bus: &Bus, cycles: u16) -> Waits {
+        let dma = self.others.dma.filter(|dma| bus.contains(dma.device));
+        Waits {
+            access: cycles.saturating_sub(1),
+            dma: dma.map_or(0, |dma| dma.wait_cycles),
+            ..Waits::default()
         }
     }
 
@@ -394,6 +411,13 @@ impl<'a> Interference<'a> {
         self.anywhere(access, reach)
     }
 
+    /// Cycles that accesses wait for a DMA at memory, at most: each of its may hold up a load and a
+    /// fetch at once.
+    pub fn dma_cycles(&self) -> u32 {
+        let accesses = self.others.dma.map_or(0, |dma| dma.in_memory);
+        2 * accesses * self.remote_access_cycles()
+    }
+
     /// Cycles that one access of somebody else makes one of ours wait, at most.
     pub fn remote_access_cycles(&self) -> u32 {
         let slowest = self.banks.iter().map(|cycles| cycles.extra).max();
@@ -408,6 +432,7 @@ impl<'a> Interference<'a> {
             access: cycles.extra,
             fetches: if meets { FETCH_CYCLES } else { 0 },
             others: cycles.contention,
+            dma: 0,
         }
     }
 

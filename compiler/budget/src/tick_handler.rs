@@ -239,7 +239,10 @@ impl<'a> OnCore<'a> {
         let of_handler = calls.parts(self.program, &handled.path, keys_cycles);
         let mut parts = self.list_parts(&around, of_handler);
         let own = keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>();
-        let before = around.idle.cycles_max + self.enter_cycles(&around) + self.visits_cycles();
+        let before = around.idle.cycles_max
+            + self.enter_cycles(&around)
+            + self.visits_cycles()
+            + self.dma_cycles();
         parts.extend(cut.as_ref().and_then(|cut| cut.outlasts(before, own)));
         let waiting = self.list_waiting(&around, &handled, &zones, cut.as_ref(), &costs);
         let stack_bytes_max = around.idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
@@ -315,6 +318,8 @@ impl<'a> OnCore<'a> {
         parts.push(named("return from the interrupt", leave));
         let visits = self.visits_cycles();
         parts.extend((visits > 0).then(|| (WaitCause::Visits.to_string(), visits)));
+        let dma = self.dma_cycles();
+        parts.extend((dma > 0).then(|| named("the DMA at memory", dma)));
         parts
     }
 
@@ -329,6 +334,11 @@ impl<'a> OnCore<'a> {
     pub(super) fn visits_cycles(&self) -> u64 {
         let others = &self.interference.others;
         u64::from(others.remote_accesses * self.interference.remote_access_cycles())
+    }
+
+    /// What a DMA at memory costs a frame.
+    fn dma_cycles(&self) -> u64 {
+        self.interference.dma_cycles().into()
     }
 
     /// What is waited for on the longest paths.
@@ -364,6 +374,7 @@ impl<'a> OnCore<'a> {
         tally.add("what the interrupt saves", around.stacking, saved);
         tally.add("what the interrupt saves", around.vector, 1);
         tally.add_cycles(WaitCause::Visits, "", self.visits_cycles());
+        tally.add_cycles(WaitCause::Dma, "memory", self.dma_cycles());
         tally.list()
     }
 

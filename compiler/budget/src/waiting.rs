@@ -18,6 +18,8 @@ pub enum WaitCause {
     Fetches,
     /// Another manager that uses the bank while the core plays.
     Others,
+    /// A DMA, behind a bridge to devices or, where the cores do not go first, at memory.
+    Dma,
     /// The other core, which looks up a few words of this core's between its ticks.
     Visits,
     /// Nobody: cycles by which the path that takes longest with all waiting differs without it from
@@ -30,6 +32,7 @@ impl fmt::Display for WaitCause {
         f.write_str(match self {
             WaitCause::Fetches => "own fetches",
             WaitCause::Others => "the other core",
+            WaitCause::Dma => "the DMA",
             WaitCause::Visits => "the other core's visits",
             WaitCause::OtherPath => "another path than without waiting",
         })
@@ -57,6 +60,7 @@ impl Tally {
         let causes = [
             (WaitCause::Fetches, waits.fetches),
             (WaitCause::Others, waits.others),
+            (WaitCause::Dma, waits.dma),
         ];
         for (cause, cycles) in causes {
             self.add_cycles(cause, data, times * u64::from(cycles));

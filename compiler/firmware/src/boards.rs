@@ -1,7 +1,5 @@
 //! The texts of the firmware, and those that the start of each kind of board adds to them.
 
-use std::fmt;
-
 use whippen_arm::asm::Source;
 use whippen_board::{Board, Start};
 use whippen_isa::Arch;
@@ -9,6 +7,7 @@ use whippen_isa::Arch;
 use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
 use super::ports::Guards;
+use super::unsupported::Unsupported;
 
 /// The firmware of a board: texts for its start, and the board that they are assembled for.
 #[derive(Debug, Clone, Copy)]
@@ -30,8 +29,8 @@ struct Texts {
     arch: Arch,
     cores: u32,
     start: Start,
-    /// Whether a knob is on its pins, and not the converter of the emulator.
-    knob: bool,
+    /// What a tick samples and drives.
+    parts: Parts,
     /// The clock that the start sets (cycles per second).
     clock_hz: u32,
     tick: Source<'static>,
@@ -39,6 +38,27 @@ struct Texts {
     constants: &'static [(&'static str, i64)],
     /// Devices that the texts reach; each is a constant of its name in capitals.
     devices: &'static [&'static str],
+}
+
+/// What a tick samples and drives.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Parts {
+    /// The converter of the emulator.
+    Converter,
+    /// A knob on the chip's pins.
+    Knob,
+    /// A bench of keys on them.
+    Bench,
+}
+
+impl Parts {
+    fn of(board: &Board) -> Parts {
+        match (&board.knob, &board.bench) {
+            (Some(_), _) => Parts::Knob,
+            (None, Some(_)) => Parts::Bench,
+            (None, None) => Parts::Converter,
+        }
+    }
 }
 
 /// A tick with the converter of the emulator.
@@ -63,6 +83,18 @@ const KNOB: Source<'static> = Source {
 pub(super) const KNOB_START: Source<'static> = Source {
     name: "firmware/knob_start.s",
     text: include_str!("knob_start.s"),
+};
+
+/// A tick with a bench of keys on the chip's pins.
+const BENCH: Source<'static> = Source {
+    name: "firmware/bench.s",
+    text: include_str!("bench.s"),
+};
+
+/// How its parts are started.
+pub(super) const BENCH_START: Source<'static> = Source {
+    name: "firmware/bench_start.s",
+    text: include_str!("bench_start.s"),
 };
 
 /// Clocks of RP2350.
@@ -97,7 +129,7 @@ const TEXTS: &[Texts] = &[
         arch: Arch::V8M,
         cores: 2,
         start: Start::ImageDef,
-        knob: false,
+        parts: Parts::Converter,
         clock_hz: 150_000_000,
         tick: CONVERTER,
         rest: &[RP2350_START, RP2, CONVERTER_START],
@@ -108,7 +140,7 @@ const TEXTS: &[Texts] = &[
         arch: Arch::V8M,
         cores: 1,
         start: Start::ImageDef,
-        knob: true,
+        parts: Parts::Knob,
         clock_hz: 150_000_000,
         tick: KNOB,
         rest: &[RP2350_START, RP2, KNOB_START],
@@ -116,10 +148,30 @@ const TEXTS: &[Texts] = &[
         devices: &["uart", "io_bank0", "pads_bank0", "watchdog", "pwm", "pio0"],
     },
     Texts {
+        arch: Arch::V8M,
+        cores: 1,
+        start: Start::ImageDef,
+        parts: Parts::Bench,
+        clock_hz: 150_000_000,
+        tick: BENCH,
+        rest: &[RP2350_START, RP2, BENCH_START],
+        constants: RP2350,
+        devices: &[
+            "uart",
+            "io_bank0",
+            "pads_bank0",
+            "watchdog",
+            "pwm",
+            "adc",
+            "dma",
+            "busctrl",
+        ],
+    },
+    Texts {
         arch: Arch::V6M,
         cores: 2,
         start: Start::Boot2,
-        knob: false,
+        parts: Parts::Converter,
         clock_hz: 133_000_000,
         tick: CONVERTER,
         rest: &[
@@ -146,7 +198,7 @@ const TEXTS: &[Texts] = &[
         arch: Arch::V7EM,
         cores: 1,
         start: Start::Vectors,
-        knob: false,
+        parts: Parts::Converter,
         clock_hz: 168_000_000,
         tick: CONVERTER,
         rest: &[
@@ -160,52 +212,6 @@ const TEXTS: &[Texts] = &[
         devices: &["converter"],
     },
 ];
-
-/// Why a board has no firmware.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Unsupported {
-    /// No texts are for such a core, so many of them, and such a start: the board's name.
-    Start(String),
-    /// The start sets another clock: the board's, and that (cycles per second).
-    Clock(u32, u32),
-    /// The board's file does not say where a device is.
-    Device(&'static str),
-}
-
-impl fmt::Display for Unsupported {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Unsupported::Start(name) => write!(
-                f,
-                "there is no firmware for `{name}`: whole images are made for boards like rp2350 \
-                 (two Cortex-M33, an image definition at the start), rp2040 (two Cortex-M0+, a \
-                 second stage there) and stm32f4 (one Cortex-M4, vectors), and for others with \
-                 texts of your own, `{BOARD}` and `{BOARD_TICK}` in a folder for --firmware"
-            ),
-            Unsupported::Clock(own, set) => {
-                let [own, set] = [own, set].map(|hz| frequency(*hz));
-                write!(
-                    f,
-                    "the board's clock is {own}, but the start of its firmware sets {set}: write \
-                     `clock = \"{set}\"`, or give --firmware a text with another `board_clocks`"
-                )
-            }
-            Unsupported::Device(name) => write!(
-                f,
-                "the firmware needs the device `{name}`, and the board's file does not say where it \
-                 is: write its first address under [device], as in `{name} = \"0x40070000\"`"
-            ),
-        }
-    }
-}
-
-/// Cycles per second as a board's file has them.
-fn frequency(hz: u32) -> String {
-    match hz % 1_000_000 {
-        0 => format!("{} MHz", hz / 1_000_000),
-        _ => format!("{hz} Hz"),
-    }
-}
 
 /// The firmware of a board.
 ///
@@ -221,8 +227,8 @@ pub fn support(board: &Board) -> Result<Support<'_>, Unsupported> {
 /// There is none, or the board contradicts it.
 pub fn support_with<'a>(board: &'a Board, own: &'a OwnTexts) -> Result<Support<'a>, Unsupported> {
     let of_board = |texts: &&Texts| {
-        (texts.arch, texts.cores, texts.start, texts.knob)
-            == (board.arch, board.cores, board.start, board.knob.is_some())
+        (texts.arch, texts.cores, texts.start, texts.parts)
+            == (board.arch, board.cores, board.start, Parts::of(board))
     };
     let found = TEXTS.iter().find(of_board);
     let own_tick = own.named(BOARD_TICK);
@@ -261,7 +267,7 @@ const NO_TEXTS: Texts = Texts {
     arch: Arch::V8M,
     cores: 1,
     start: Start::Vectors,
-    knob: false,
+    parts: Parts::Converter,
     clock_hz: 0,
     tick: CONVERTER,
     rest: &[],
@@ -284,6 +290,12 @@ impl<'a> Support<'a> {
 }
 
 impl Support<'_> {
+    /// Whether the start lets the cores go before the DMA at memory: the bundled text does.
+    pub(super) fn yields_dma(&self) -> bool {
+        let starts = self.rest();
+        starts.iter().any(|source| source.text == BENCH_START.text)
+    }
+
     /// The constants that the board gives the texts.
     pub(super) fn numbers(&self) -> Vec<(String, i64)> {
         let board = self.board;

@@ -28,11 +28,16 @@ pub enum FirmwareError {
     /// The motor's rated word is not between 1 and 32767, or it stands its peak for less than 1 ms
     /// or more than 10 s.
     Motor(Motor),
-    /// The board has a knob, and the tick another period: the board's cycles, and the rate.
+    /// The board samples a knob or keys, and the tick has another period: the board's cycles, and
+    /// the rate.
     Period(u32, Rate),
     /// The board has a knob, and so many keys are wanted.
     Knobs(u32),
-    /// The board has a knob, and the device does not say what its coil is.
+    /// So many keys are wanted, and the board's bench has so many.
+    BenchKeys(u32, u32),
+    /// The board has a bench of keys, and the instrument is none of a key.
+    BenchPorts,
+    /// The board makes voltages, and the device does not say what its coil is.
     NoCoil,
     /// The board's knob and the motor do not go together: what is out of range.
     Coil(&'static str),
@@ -80,27 +85,51 @@ impl fmt::Display for FirmwareError {
                 "[passivity] needs a Cortex-M4 or Cortex-M33: take another board, or remove \
                  [passivity] from the device",
             ),
-            FirmwareError::Period(cycles, rate) => write!(
+            FirmwareError::Period(..)
+            | FirmwareError::Knobs(_)
+            | FirmwareError::BenchKeys(..)
+            | FirmwareError::BenchPorts
+            | FirmwareError::NoCoil
+            | FirmwareError::Coil(_) => self.tell_of_parts(f),
+            FirmwareError::Baud(baud, most) => f.write_str(&no_baud(*baud, *most)),
+            FirmwareError::Tuning(why) => f.write_str(why),
+            FirmwareError::Assembly(error) => error.fmt(f),
+        }
+    }
+}
+
+impl FirmwareError {
+    /// What does not go together with the parts on a board's pins.
+    fn tell_of_parts(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Period(cycles, rate) => write!(
                 f,
-                "the board's knob is sampled every {cycles} cycles, and the program has {rate} \
+                "the board samples every {cycles} cycles, and the program has {rate} \
                  ticks a second: give it `--tick-rate 150MHz/{cycles}`, or `rate 150 MHz / \
                  {cycles}` in its keyboard"
             ),
-            FirmwareError::Knobs(keys) => {
+            Self::Knobs(keys) => {
                 write!(
                     f,
                     "{keys} keys on a board with one knob: give it `--keys 1`"
                 )
             }
-            FirmwareError::NoCoil => f.write_str(
+            Self::BenchKeys(wanted, has) => write!(
+                f,
+                "{wanted} keys on a board whose [bench] has pins for {has}: give it `--keys {has}` \
+                 or fewer"
+            ),
+            Self::BenchPorts => f.write_str(
+                "the board has a bench of keys, and the instrument has other ports than a key: \
+                 take another board",
+            ),
+            Self::NoCoil => f.write_str(
                 "the board makes voltages, and the device does not say what they do: add \
                  `drive.resistance`, `drive.inductance` and [motor] to its file, or take \
-                 `--device gimbal`",
+                 `--device gimbal` for a knob, `--device voice_coil` for keys",
             ),
-            FirmwareError::Coil(what) => write!(f, "the motor does not suit the board: {what}"),
-            FirmwareError::Baud(baud, most) => f.write_str(&no_baud(*baud, *most)),
-            FirmwareError::Tuning(why) => f.write_str(why),
-            FirmwareError::Assembly(error) => error.fmt(f),
+            Self::Coil(what) => write!(f, "the motor does not suit the board: {what}"),
+            _ => Ok(()),
         }
     }
 }

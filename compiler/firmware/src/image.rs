@@ -35,6 +35,8 @@ pub struct FirmwareImage {
     pub programs: IdMap<ProgramId, ProgramCode>,
     /// Whether it answers a monitor.
     pub monitored: bool,
+    /// Whether its start lets the cores go before a DMA wherever both want memory.
+    pub yields_dma: bool,
 }
 
 impl FirmwareImage {
@@ -199,6 +201,7 @@ pub fn build_divided(
         keys_of_cores: setup.keys.clone(),
         programs,
         monitored: setup.monitor.is_some(),
+        yields_dma: support.yields_dma(),
     })
 }
 

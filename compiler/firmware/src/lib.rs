@@ -17,6 +17,7 @@
 
 use whippen_rate::Rate;
 
+mod bench;
 mod boards;
 mod code;
 mod constants;
@@ -35,10 +36,11 @@ mod self_test;
 mod sound;
 mod tables;
 mod tuning;
+mod unsupported;
 mod wires;
 mod zones;
 
-pub use boards::{Support, Unsupported, support, support_with};
+pub use boards::{Support, support, support_with};
 pub use code::{CoreCode, ProgramCode, ZoneCode, is_split, with_values_from};
 pub use constants::constants;
 pub use error::FirmwareError;
@@ -48,7 +50,9 @@ pub use image::{
 pub use knob::Coil;
 pub use monitor::{CAPTURED_MAX, Fact, Monitor, PROTOCOL, image_identity, monitor_identity};
 pub use objects::{frame_constants, objects, sources};
-pub use offsets::{FAULTS, Fault, captured, core_block, key_guard, knob_block, status};
+pub use offsets::{
+    FAULTS, Fault, bench_block, captured, core_block, key_guard, knob_block, status,
+};
 pub use own::{OwnText, OwnTexts, UnknownText, all_texts, text_name};
 pub use parts::{
     Cut, DONE, EARLY, FINISHED, InParts, LATE, LED, LEFT, MEET, MEMBERS, POLL, PartCode, UNMET,
@@ -59,6 +63,7 @@ pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
 pub use self_test::{SelfTest, SelfTestError, self_test_block};
 pub use sound::{mute_name, sound_table_name};
 pub use tuning::{CURVE_PIECES, SensorTuning, TunedSensor, Watched};
+pub use unsupported::Unsupported;
 pub use whippen_parts::Role;
 pub use zones::zone_name;
 

@@ -366,7 +366,9 @@ capturing:
         cmp     r2, #2
         blo     9f
         subs    r0, #1
-        cmp     r0, #SETTING
+        bne     7f
+        str     r0, [r6, #V_GROUP]      @ it belongs to none until its group is there, the last word
+7:      cmp     r0, #SETTING
         beq     5f
         lsls    r2, r0, #2
         adds    r6, #V_SETTING

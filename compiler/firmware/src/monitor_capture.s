@@ -83,6 +83,8 @@ follow: ldr     r0, =captured0
         ldr     r3, [r1, #V_GROUP]
         cmp     r2, r3
         bne     9f
+        cmp     r2, #0                  @ its setting is on its way
+        beq     9f
         ldr     r2, [r0, #V_MODE]
         ldr     r3, [r1, #V_MODE]
         cmp     r2, r3
@@ -93,11 +95,17 @@ follow: ldr     r0, =captured0
         bne     9f
         cmp     r2, #WAITS
         bne     9f
+        ldr     r2, [r0, #V_NEXT]
+        cmp     r2, #0
+        beq     9f
         ldr     r2, [r1, #V_AT]
         ldr     r3, [r1, #V_STOP]
         b       2f
 1:      cmp     r3, #WAITS
         bne     9f
+        ldr     r2, [r1, #V_NEXT]
+        cmp     r2, #0
+        beq     9f
         ldr     r2, [r0, #V_AT]
         ldr     r3, [r0, #V_STOP]
         mov     r0, r1

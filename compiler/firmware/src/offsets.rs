@@ -122,8 +122,15 @@ offsets! {
         LEVEL = 88, "The level, to which it is compared without a sign.";
         POST = 92, "Ticks from the trigger to the last row.";
         EVENT = 96, "The event that triggers it, in the upper half, of the key in the lower; 0xffff for any key, or for none.";
-        GROUP = 100, "The same number for captures that have one trigger.";
+        GROUP = 100, "The same number for captures that have one trigger, not 0.";
         BLOCK = 104, "Behind its last word.";
+    }
+    /// Offsets in what the firmware of a bench keeps (bytes).
+    bench_block, "B_" {
+        AT = 0, "Where the DMA had come to in the last tick that had new words.";
+        TICK = 4, "The number of the last tick.";
+        AGE = 8, "Ticks in a row without words that are new and whole.";
+        CURRENTS = 16, "The current that each coil has at the end of the tick, in drive words.";
     }
     /// Offsets in the table of the status (bytes).
     status, "S_" {
@@ -173,13 +180,14 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         bit: 32,
         name: "FAULT_DRIVER",
-        what: "a knob's driver told of a fault: it is disabled until the next start",
+        what: "a driver told of a fault, a knob's or a bridge: it is disabled until the next start, \
+               and so are all bridges",
     },
     Fault {
         bit: 64,
         name: "FAULT_SENSOR",
-        what: "a knob's sensor had no magnet, or no word that can be for 10 ms: its driver is \
-               disabled until the next start",
+        what: "a knob's sensor had no magnet, or no word that can be for 10 ms, or a bench's ADC \
+               had no words for 10 ms: drivers are disabled until the next start",
     },
     Fault {
         bit: 128,
@@ -202,6 +210,7 @@ pub(super) fn assembly_constants() -> BTreeMap<String, i64> {
         status::ALL,
         captured::ALL,
         knob_block::ALL,
+        bench_block::ALL,
         &[("WATCHDOG_US", WATCHDOG_US)],
         monitor::CONSTANTS,
     ];

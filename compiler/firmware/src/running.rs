@@ -27,7 +27,7 @@ pub struct Running {
     /// reader, head, tail and a word of an event, the tail anew, the event that triggers, and then
     /// the capture (whether it goes on and waits, the tick, how long, when and until when, that it
     /// has its trigger), so fourteen a round, two rounds; the alarm. Core 0 at core 1's: the number
-    /// of its tick; of its capture the group, what it waits for, and then its trigger (three
+    /// of its tick; of its capture the group, what it waits for, whether it runs, and its trigger (three
     /// words); at most nine words of a request (the start of a capture; four that are read or
     /// set), two rounds.
     pub visits_monitored: u32,
@@ -49,7 +49,7 @@ pub const RUNNING: [Running; 2] = [
         vectors: "vectors1",
         words: "words1",
         visits: 6,
-        visits_monitored: 30,
+        visits_monitored: 32,
     },
 ];
 

@@ -4,10 +4,19 @@
 //! of them" reads it.
 
 /// The boards that a keyboard may name: the files in `instruments/hardware/`.
-pub const BOARDS: &[&str] = &["pico2_knob", "rp2040", "rp2350", "stm32f4"];
+pub const BOARDS: &[&str] = &["pico2_knob", "rp2040", "rp2350", "rp2350b_bench", "stm32f4"];
 
 /// The devices that a keyboard may name, likewise.
-pub const DEVICES: &[&str] = &["gimbal", "knob", "mikey", "mouse", "pad", "touch"];
+pub const DEVICES: &[&str] = &[
+    "chain",
+    "gimbal",
+    "knob",
+    "mikey",
+    "mouse",
+    "pad",
+    "touch",
+    "voice_coil",
+];
 
 /// The presets that a command may name: the files in `instruments/presets/`.
 pub const PRESETS: &[&str] = &["onofrei", "open-g", "pentatonic"];

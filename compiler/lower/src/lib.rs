@@ -25,6 +25,7 @@ mod curve;
 mod delay;
 mod export;
 mod format;
+mod friction;
 mod function;
 mod gradient;
 mod increase;

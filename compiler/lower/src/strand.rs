@@ -20,11 +20,13 @@ use std::collections::HashMap;
 use whippen_ids::IdMap;
 use whippen_kernel::{Op, OpError, Range, Type, Value};
 use whippen_lang::model::{End, NodeId, Push, Strand, StrandId};
+use whippen_rate::Rate;
 
-/// Integers of what a force changes the rate by in a tick: a quarter of a word.
-const PUSH: Range = Range::new(-(1 << 29), (1 << 29) - 1);
-/// Bits of a force's change that are given to the weights.
-const PUSH_BITS: u8 = 2;
+/// Integers of what a force changes the rate by in a tick, a quarter of the range: weights have two
+/// bits less than a word, and so it is finer than a rate by as many.
+const PUSH: Range = Range::new(i32::MIN as i64, i32::MAX as i64);
+/// Its unit over that of a rate.
+const PUSH_UNIT: f64 = 0.25;
 /// Words that stand for what is not negative.
 const COEFFICIENT: Range = Range::new(0, i32::MAX as i64);
 
@@ -90,10 +92,14 @@ struct PushWords {
     changes: [Value; 4],
 }
 
+/// Unit of the rates of a string's points (m a tick): the range of the rate is that of the word.
+pub(super) fn rate_unit(strand: &Strand, rate_hz: Rate) -> f64 {
+    strand.rate / f64::from(rate_hz) * exp2(-31)
+}
+
 impl Lowerer<'_> {
     /// Declares the grids. Names end in a hard keyword, so that they meet no name of the program.
     pub(super) fn declare_strings(&mut self) {
-        let rate_hz = f64::from(self.step.model.rate_hz);
         for strand in &self.step.model.strands {
             let points = strand.parts - 1;
             let word = Type::I32.range();
@@ -104,7 +110,7 @@ impl Lowerer<'_> {
                 e,
                 v,
                 points,
-                lsb: strand.rate / rate_hz * exp2(-31),
+                lsb: rate_unit(strand, self.step.model.rate_hz),
             });
         }
     }
@@ -213,12 +219,12 @@ impl Lowerer<'_> {
 
     fn push_words(&mut self, id: StrandId, push: &Push) -> Result<PushWords, OpError> {
         let lsb = self.strands.grids[id].lsb;
-        let change = self.word_of(push.change, lsb, PUSH)?;
-        let inherited = change.error;
+        let change = self.real(push.change)?;
+        let change = self.nearly(change, Scale::plain(PUSH_UNIT * lsb), PUSH)?;
+        let inherited = change.error.max(change.beside);
         let change = change.value;
         let size = self.b.range(change);
-        let most = size.high.max(-size.low) as f64 * lsb;
-        let change = self.b.op(Op::Shl(PUSH_BITS), &[change])?;
+        let most = size.high.max(-size.low) as f64 * PUSH_UNIT * lsb;
         let place = self.place(id, push.place)?;
         let mut changes = Vec::new();
         for weight in self.weights(place)? {

@@ -114,7 +114,10 @@ impl Lowerer<'_> {
             Node::Ratio(a, b, limit) => self.ratio(a, b, lsb.max(limit.0 / exp2(29))),
             Node::Curve(ref curve, x) => Ok(self.curve(curve, x)?[0]),
             Node::Incline(ref curve, x) => Ok(self.curve(curve, x)?[1]),
-            Node::Min(a, b) => self.of_two(Op::Min, a, b, lsb),
+            Node::Min(a, b) => match self.held_difference(a, b)? {
+                Some(held) => Ok(held),
+                None => self.of_two(Op::Min, a, b, lsb),
+            },
             Node::Max(a, b) => self.of_two(Op::Max, a, b, lsb),
             Node::Abs(a) => self.absolute(a, lsb),
             Node::Power(a, halves) => self.power(a, halves, lsb),

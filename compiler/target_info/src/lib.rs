@@ -101,7 +101,7 @@ pub const fn row(op: Op) -> Row {
         Op::MulWrap => new([1, 3], InPlace, Hoisted),
         Op::AddSat => new([1, 1], InPlace, Hoisted),
         Op::SubSat => new([1, 1], InPlace, Hoisted),
-        Op::ShlWrap(_) => new([1, 2], InPlace, Stays),
+        Op::ShlWrap(_) => new([1, 2], AtOnlyUser, Stays),
         Op::Eq | Op::Lt | Op::Le => new([1, 1], AtDecisions, Stays),
         Op::And | Op::Or => new([1, 1], InPlace, Stays),
         Op::Not => new([1, 1], AtOnlyUser, Stays),

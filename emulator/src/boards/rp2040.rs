@@ -89,6 +89,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
             ports: 1,
         },
     ],
+    bridges: &[],
     registers: &[
         (0x1400_0000, XIP_CTRL),
         (0x4000_0000, SYSINFO),

@@ -1,7 +1,9 @@
-//! DMA: channels that copy, chained and paced (RP2350 datasheet 12.6, RP2040 datasheet 2.5). One
-//! transfer a cycle, the channels in turn, those of high priority first.
+//! DMA: channels that copy, chained and paced (RP2350 datasheet 12.6, RP2040 datasheet 2.5). A
+//! transfer begins in the cycle after the one before is over, the channels in turn, those of high
+//! priority first. It takes a cycle, those that its accesses wait for others (`fabric`), and those
+//! that a bridge takes beyond one. What it moves is there in its first cycle already.
 //!
-//! Not here: the checksum of passing data, and wait states of what is accessed.
+//! Not here: the checksum of passing data, and a next read while a write waits.
 
 use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
 use crate::device::adc::Adc;
@@ -216,11 +218,12 @@ impl Dma {
 
     fn transfer(&mut self, index: usize, bus: &mut Bus) {
         let now = self.next;
+        bus.fabric.take_dma_cycles();
         let ended = self.channels[index].transfer(now, bus);
         let credits = &mut self.channels[index].credits;
         *credits = credits.saturating_sub(1);
         self.last = index;
-        self.next = now + 1;
+        self.next = now + 1 + bus.fabric.take_dma_cycles();
         self.free = self.next;
         self.pace(index, now);
         if ended {
@@ -378,5 +381,7 @@ impl Device for Dma {
     }
 }
 
+#[cfg(test)]
+mod judged;
 #[cfg(test)]
 mod tests;

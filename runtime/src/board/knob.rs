@@ -4,23 +4,18 @@
 
 use whippen_compiler::board::Knob;
 
-use super::{CYCLES, scaled};
+use super::{CYCLES, MILLIVOLTS, scaled, whole, wholes};
 use crate::entries::Entries;
 use crate::files::FileError;
 
 /// The knob, if there is one.
 pub(super) fn knob(entries: &Entries) -> Result<Option<Knob>, FileError> {
-    const MILLIVOLTS: &[(&str, u32)] = &[("mV", 1), ("V", 1000)];
     if entries.all().all(|(key, _)| !key.starts_with("knob.")) {
         return Ok(None);
     }
     let number = |key: &str| whole(entries, key, entries.text(key)?);
     let key = "knob.phases";
-    let words = entries.text(key)?.split_whitespace();
-    let phases: Vec<u32> = words
-        .map(|word| whole(entries, key, word))
-        .collect::<Result<_, _>>()?;
-    let phases = <[u32; 3]>::try_from(phases)
+    let phases = <[u32; 3]>::try_from(wholes(entries, key)?)
         .map_err(|_| entries.error(key, "must be three pins, as in `6 7 8`"))?;
     Ok(Some(Knob {
         clock: number("knob.clock")?,
@@ -35,10 +30,4 @@ pub(super) fn knob(entries: &Entries) -> Result<Option<Knob>, FileError> {
         align_mv: scaled(entries, "knob.align", MILLIVOLTS)?,
         pole_pairs: number("knob.pole_pairs")?,
     }))
-}
-
-/// A whole number.
-fn whole(entries: &Entries, key: &str, text: &str) -> Result<u32, FileError> {
-    let what = || format!("has `{text}`, but must be a whole number");
-    text.parse().map_err(|_| entries.error(key, &what()))
 }

@@ -30,6 +30,8 @@ impl InputKind {
     pub const PRESET: InputKind = InputKind::new("a preset", MIB, MIB);
     /// A calibration table.
     pub const CALIBRATION: InputKind = InputKind::new("a calibration table", MIB, 64 * KIB);
+    /// A table of a program, a curve to import: 4096 rows take a twentieth of it.
+    pub const TABLE: InputKind = InputKind::new("a table", 4 * MIB, 64 * KIB);
     /// A recording of a motion or a force: its lines are read one by one.
     pub const RECORDING: InputKind = InputKind::new("a recording", 4 * GIB, 64 * KIB);
     /// A performance.
@@ -38,11 +40,12 @@ impl InputKind {
     pub const IMAGE: InputKind = InputKind::new("an image", 64 * MIB, 64 * MIB);
 
     /// All kinds.
-    pub const ALL: [InputKind; 7] = [
+    pub const ALL: [InputKind; 8] = [
         InputKind::PROGRAM,
         InputKind::DESCRIPTION,
         InputKind::PRESET,
         InputKind::CALIBRATION,
+        InputKind::TABLE,
         InputKind::RECORDING,
         InputKind::MIDI,
         InputKind::IMAGE,

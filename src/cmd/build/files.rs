@@ -225,13 +225,7 @@ impl Files<'_> {
         if let Some(baud) = setup.monitor_baud() {
             say!("its serial port is for `whippen monitor`, at {baud} baud; there is no MIDI");
         }
-        if let Some(knob) = &setup.board.knob {
-            say!("wiring, with the pins of a Raspberry Pi Pico 2:");
-            for Wire { gpio, pico_pin, to } in knob.wiring() {
-                let pin = pico_pin.map_or("none".to_string(), |pin| pin.to_string());
-                say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}");
-            }
-        }
+        self.say_wiring(keys.iter().sum());
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
             let (force, unit) = (
@@ -241,6 +235,42 @@ impl Files<'_> {
             say!(
                 "the greatest force, {force} {unit}, is taken to need {peak} A ({torque:.1} mN*m of the motor)"
             );
+        }
+    }
+
+    /// What leads where, on a board with parts on its pins.
+    fn say_wiring(&self, keys: u32) {
+        let (board, device) = (&self.setup.board, &self.setup.device);
+        if let Some(knob) = &board.knob {
+            say!("wiring, with the pins of a Raspberry Pi Pico 2:");
+            for Wire { gpio, pico_pin, to } in knob.wiring() {
+                let pin = pico_pin.map_or("none".to_string(), |pin| pin.to_string());
+                say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}");
+            }
+        }
+        if let Some(bench) = &board.bench {
+            say!("wiring of an RP2350B:");
+            for Wire { gpio, to, .. } in bench.wiring(keys) {
+                say!("  GPIO {gpio:>2}  {to}");
+            }
+            let last = bench.latency_cycles(keys.saturating_sub(1), keys);
+            let first = bench.latency_cycles(0, keys);
+            let ticks = |cycles: u32| f64::from(cycles) / f64::from(bench.period_cycles);
+            say!(
+                "from sample to force: {first} cycles of key 0 ({:.2} ticks), {last} of the last key ({:.2})",
+                ticks(first),
+                ticks(last)
+            );
+            // The current gets there within a tick.
+            let (late, said) = (ticks(first) + 0.5, device.delay_samples());
+            if said < late {
+                say!(
+                    "the device `{}` counts {said:.2} ticks from sensor to force, and these are \
+                     {late:.2} with half a tick for the current: its loop was judged with less \
+                     delay than it has; raise `sensor.delay` or `drive.delay`",
+                    device.name
+                );
+            }
         }
     }
 

@@ -4,15 +4,28 @@
 //! the longest path of those that are left, and so on. A block that is empty but for a jump is left
 //! out.
 //!
+//! Where branches do not reach, what is off the path may lie between parts of it instead, which
+//! costs the path a jump for each such place.
+//!
 //! Not here: encodings and offsets of branches (`emit`).
 
 use super::critical_path;
 use super::emit::{Item, Label, Line, select_encodings};
 use super::func::{Allocated, Block, BlockId, Terminator};
 use super::minst::{MInst, PReg, template};
+use super::tuning::OFF_PATH_DISTANCE;
 use whippen_ids::{Id, IdMap};
 use whippen_isa::timing::Core;
 use whippen_isa::{Inst, Op};
+
+/// Where blocks lie that the longest path does not take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum OffPath {
+    /// Behind all of it.
+    Behind,
+    /// Near the branches to them, so that these reach.
+    Near,
+}
 
 /// The items of a function whose blocks have labels from `base` on.
 pub(super) fn lay_out_blocks(
@@ -21,8 +34,9 @@ pub(super) fn lay_out_blocks(
     core: &Core,
     next: &[String],
     init_done: Label,
+    off_path: OffPath,
 ) -> Vec<Item> {
-    let order = order_blocks(func, &critical_path::cycles_from_each(func, core));
+    let order = order_blocks(func, &critical_path::cycles_from_each(func, core), off_path);
     let mut items = Vec::new();
     for (at, index) in order.iter().enumerate() {
         let block = &func.blocks[index];
@@ -126,15 +140,32 @@ fn skip_empty_blocks(func: &Allocated, mut block: BlockId) -> BlockId {
 
 /// The blocks in order, without those that are only passed through; `longest` is the longest path
 /// from each on.
-fn order_blocks(func: &Allocated, longest: &IdMap<BlockId, u64>) -> Vec<BlockId> {
+fn order_blocks(
+    func: &Allocated,
+    longest: &IdMap<BlockId, u64>,
+    off_path: OffPath,
+) -> Vec<BlockId> {
     let mut seen = IdMap::filled(false, func.blocks.len());
     let mut order = Vec::new();
-    let mut waiting = vec![BlockId(0)];
-    while let Some(start) = waiting.pop() {
-        let mut next = Some(skip_empty_blocks(func, start));
+    // With how many bytes there were when each was put off.
+    let (mut waiting, mut bytes) = (vec![(BlockId(0), 0)], 0);
+    while let Some((start, _)) = waiting.pop() {
+        let first = skip_empty_blocks(func, start);
+        let mut next = Some(first);
         while let Some(block) = next.take().filter(|block| !seen[block]) {
+            let mut since = waiting.iter().map(|(_, at)| *at);
+            if off_path == OffPath::Near
+                && block != first
+                && since.any(|at| bytes > at + OFF_PATH_DISTANCE)
+            {
+                // The path goes on behind all that waits.
+                waiting.insert(0, (block, bytes));
+                break;
+            }
             seen[block] = true;
             order.push(block);
+            // Instructions of two bytes, and two branches.
+            bytes += 2 * func.blocks[block].code.len() + 4;
             next = match &func.blocks[block].end {
                 Terminator::Jump(edge) => Some(skip_empty_blocks(func, edge.block)),
                 Terminator::Branch {
@@ -142,9 +173,9 @@ fn order_blocks(func: &Allocated, longest: &IdMap<BlockId, u64>) -> Vec<BlockId>
                 } => {
                     let yes_first = longest[yes] > longest[no]
                         || longest[yes] == longest[no] && *likely == Some(true);
-                    let (first, second) = if yes_first { (*yes, *no) } else { (*no, *yes) };
-                    waiting.push(second);
-                    Some(skip_empty_blocks(func, first))
+                    let (on, off) = if yes_first { (*yes, *no) } else { (*no, *yes) };
+                    waiting.push((off, bytes));
+                    Some(skip_empty_blocks(func, on))
                 }
                 Terminator::NextKey(_) | Terminator::FallThrough => None,
             };

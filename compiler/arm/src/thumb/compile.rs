@@ -27,8 +27,8 @@ use super::promote::Promotions;
 use super::registers::ALL_FREE;
 use super::reorder::{OrderCache, reorder_blocks};
 use super::schedule::{advance_next_key_loads, schedule_blocks};
-use super::select::Select;
 use super::select::plan::{plan_init, plan_invariants, plan_mode};
+use super::select::{Near, Select};
 use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
 use super::validate::validate;
@@ -43,6 +43,8 @@ use whippen_modes::{ModeId, Modes};
 pub(super) struct Strategy {
     /// Decisions over which a rematerializable value keeps its register.
     pub remat_distance: usize,
+    /// Instructions of a block over which it does.
+    pub remat_within: usize,
     /// Values alive at once, as far as the scheduler can have that; none keeps selection's order.
     pub pressure_limit: Option<usize>,
 }
@@ -80,8 +82,11 @@ impl Compiler<'_> {
             CompileUnit::Mode(index) => {
                 let mode = &self.modes.modes[index];
                 let plan = plan_mode(kernel, mode, self.shared);
-                let distance = strategy.remat_distance;
-                Select::select_mode(kernel, self.layout, &plan, literals, mode, index, distance)
+                let near = Near {
+                    decisions: strategy.remat_distance,
+                    instructions: strategy.remat_within,
+                };
+                Select::select_mode(kernel, self.layout, &plan, literals, mode, index, near)
             }
             CompileUnit::Init => {
                 let plan = plan_init(kernel);

@@ -2,7 +2,7 @@
 //! for a firmware's frame `begin`.
 
 use super::CompiledCode;
-use super::block_layout::lay_out_blocks;
+use super::block_layout::{OffPath, lay_out_blocks};
 use super::emit::{Item, Label};
 use super::entry::{self, Labels};
 use super::func::Allocated;
@@ -35,6 +35,7 @@ pub(super) fn write_program(
     kernel: &Kernel,
     name: &str,
     code: &CompiledCode,
+    off_path: OffPath,
 ) -> Program {
     let modes = code.modes.ids();
     let mut writer = ProgramWriter {
@@ -45,6 +46,7 @@ pub(super) fn write_program(
         next_codes: modes.map(|mode| names::mode(name, mode)).collect(),
         items: Vec::new(),
         labels: entry::LABELS,
+        off_path,
     };
     writer.tick(code);
     // Behind the last key comes the end of the tick.
@@ -70,6 +72,7 @@ struct ProgramWriter<'a> {
     items: Vec<Item>,
     /// Labels so far.
     labels: Label,
+    off_path: OffPath,
 }
 
 impl ProgramWriter<'_> {
@@ -96,7 +99,8 @@ impl ProgramWriter<'_> {
             placed.push((func, self.take_labels(func.blocks.len())));
         }
         let lay_out = |(func, base)| {
-            lay_out_blocks(func, base, self.core, &self.next_codes, LABELS.init_next)
+            let next = LABELS.init_next;
+            lay_out_blocks(func, base, self.core, &self.next_codes, next, self.off_path)
         };
         let arranged = parallel::map(placed, lay_out);
         for (mode, arranged) in modes.ids().zip(arranged) {
@@ -114,7 +118,8 @@ impl ProgramWriter<'_> {
         self.items.extend(around);
         let base = self.take_labels(init.blocks.len());
         let next = LABELS.init_next;
-        let code = lay_out_blocks(init, base, self.core, &self.next_codes, next);
+        let codes = &self.next_codes;
+        let code = lay_out_blocks(init, base, self.core, codes, next, self.off_path);
         self.items.extend(code);
     }
 
@@ -133,7 +138,8 @@ impl ProgramWriter<'_> {
     fn inside(&mut self, func: &Allocated) -> Vec<Item> {
         let base = self.take_labels(func.blocks.len() + 1);
         let done = base + func.blocks.len();
-        let mut items = lay_out_blocks(func, base, self.core, &self.next_codes, done);
+        let codes = &self.next_codes;
+        let mut items = lay_out_blocks(func, base, self.core, codes, done, self.off_path);
         if matches!(items.last(), Some(Item::Branch { cond: None, to }) if *to == done) {
             items.pop();
         }

@@ -13,7 +13,7 @@ use super::literal::Literals;
 use super::promote::{self, Promotions};
 use super::reorder::OrderCache;
 use super::tick_invariant::TickInvariants;
-use super::tuning::{CANDIDATES_MAX, CLOSE_CYCLES, PROMOTION_MODES};
+use super::tuning::{CANDIDATES_MAX, CLOSE_CYCLES, LONG_BLOCK, PROMOTION_MODES, REMAT_WITHIN};
 use whippen_deterministic::parallel;
 use whippen_ids::IdMap;
 use whippen_modes::ModeId;
@@ -21,6 +21,7 @@ use whippen_modes::ModeId;
 const fn strategy(remat_distance: usize, pressure_limit: usize) -> Strategy {
     Strategy {
         remat_distance,
+        remat_within: usize::MAX,
         pressure_limit: Some(pressure_limit),
     }
 }
@@ -28,11 +29,19 @@ const fn strategy(remat_distance: usize, pressure_limit: usize) -> Strategy {
 /// The strategy that keeps the order of selection.
 const UNSCHEDULED: Strategy = Strategy {
     remat_distance: 1,
+    remat_within: usize::MAX,
     pressure_limit: None,
 };
 
+/// What is loaded is loaded again in the same block, too: for blocks whose values wait long.
+const LOADED_OFTEN: Strategy = Strategy {
+    remat_distance: 1,
+    remat_within: REMAT_WITHIN,
+    pressure_limit: Some(9),
+};
+
 /// The strategies, in the order in which they are tried.
-const STRATEGIES: [Strategy; 8] = [
+const STRATEGIES: [Strategy; 9] = [
     strategy(1, 9),
     strategy(0, 9),
     strategy(3, 9),
@@ -41,6 +50,7 @@ const STRATEGIES: [Strategy; 8] = [
     strategy(0, 7),
     strategy(1, 5),
     UNSCHEDULED,
+    LOADED_OFTEN,
 ];
 
 /// A mode's best code so far.
@@ -208,12 +218,19 @@ fn improve_worst(
     Ok(())
 }
 
+/// How many strategies a mode has: the last is for long blocks.
+fn candidates(mode: &CompiledMode) -> usize {
+    let mut blocks = mode.code.blocks.iter();
+    let has_long = blocks.any(|block| block.code.len() > LONG_BLOCK);
+    STRATEGIES.len() - usize::from(!has_long)
+}
+
 /// The mode with most cycles, of those that have a candidate left and come close to the worst;
 /// the first of several.
 fn worst_open_mode(all: &IdMap<ModeId, CompiledMode>) -> Option<ModeId> {
     let worst = all.iter().map(|mode| mode.cycles).max()?;
     let is_open =
-        |mode: &CompiledMode| mode.tried < STRATEGIES.len() && mode.cycles + CLOSE_CYCLES >= worst;
+        |mode: &CompiledMode| mode.tried < candidates(mode) && mode.cycles + CLOSE_CYCLES >= worst;
     let open = all.ids().filter(|mode| is_open(&all[mode]));
     open.max_by_key(|mode| (all[mode].cycles, std::cmp::Reverse(*mode)))
 }

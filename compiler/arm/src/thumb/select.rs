@@ -102,11 +102,30 @@ struct ValueState {
     defer_depth: u8,
     /// Where it lies whatever its operands are, because of the instruction that made it.
     held: Option<Range>,
-    /// In which block it was rematerialized last, and where the result is.
-    rematerialized: Option<(BlockId, VReg)>,
+    /// In which block it was rematerialized last, behind how many instructions, and where the
+    /// result is.
+    rematerialized: Option<(BlockId, usize, VReg)>,
 }
 
 /// Selection for one mode, or for `init`.
+/// How far a rematerialized value stays in its register.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Near {
+    /// Over so many decisions.
+    pub decisions: usize,
+    /// Of one block over so many instructions.
+    pub instructions: usize,
+}
+
+impl Default for Near {
+    fn default() -> Near {
+        Near {
+            decisions: 0,
+            instructions: usize::MAX,
+        }
+    }
+}
+
 pub(super) struct Select<'a> {
     kernel: &'a Kernel,
     layout: &'a StateLayout,
@@ -114,8 +133,8 @@ pub(super) struct Select<'a> {
     values: &'a IdMap<Value, ValueInfo>,
     plan: &'a Plan,
     state: IdMap<Value, ValueState>,
-    /// Over how many decisions a rematerialized value stays in its register.
-    remat_reach: usize,
+    /// How far a rematerialized value stays in its register.
+    remat_reach: Near,
     /// The only block that leads to a block, of those that were asked about.
     predecessors: BTreeMap<BlockId, Option<BlockId>>,
     /// Constants in registers: which, in which block, behind how many instructions.
@@ -158,7 +177,7 @@ impl<'a> Select<'a> {
             values,
             plan,
             state: IdMap::filled(ValueState::default(), values.len()),
-            remat_reach: 0,
+            remat_reach: Near::default(),
             predecessors: BTreeMap::new(),
             constants: Vec::new(),
             rows: Vec::new(),
@@ -176,7 +195,7 @@ impl<'a> Select<'a> {
         }
     }
 
-    /// The code of one mode; what can be loaded again stays in its register over so many decisions.
+    /// The code of one mode; what can be loaded again stays in its register while it is near.
     pub(super) fn select_mode(
         kernel: &'a Kernel,
         layout: &'a StateLayout,
@@ -184,7 +203,7 @@ impl<'a> Select<'a> {
         literals: &'a mut Literals,
         mode: &'a Mode,
         index: ModeId,
-        near: usize,
+        near: Near,
     ) -> Func {
         let mut select = Select {
             remat_reach: near,

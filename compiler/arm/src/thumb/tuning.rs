@@ -32,9 +32,18 @@ pub(super) const RENAME_HORIZON: usize = 12;
 /// (instructions of distance).
 pub(super) const RENAME_HIGH_COST: usize = 6;
 
+/// Instructions over which a loaded word keeps its register where blocks are long.
+pub(super) const REMAT_WITHIN: usize = 40;
+/// Instructions of a block that is long: a bowed string has 280, keys have less than half of that.
+pub(super) const LONG_BLOCK: usize = 160;
+
 /// Distance from a branch to its island on ARMv6-M (bytes): less than the 2 KiB that a branch
 /// reaches, because islands move the code behind them.
 pub(super) const ISLAND_DISTANCE: i64 = 1500;
+
+/// Bytes behind a branch on ARMv6-M until what it leads to is placed, where all code at once would
+/// need too many islands: less than a branch reaches, because some more wait with it.
+pub(super) const OFF_PATH_DISTANCE: usize = 800;
 
 /// Islands take at most one part of all code by this: beyond that they push apart what they are to
 /// bring together.

@@ -121,6 +121,7 @@ mod tests {
             stacks: vec![0x2002_0000],
             places: Vec::new(),
             knob: None,
+            bench: None,
         }
     }
 

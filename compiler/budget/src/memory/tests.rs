@@ -54,6 +54,7 @@ fn board() -> Board {
         stacks: vec![0x2008_1000, 0x2008_2000],
         places: Vec::new(),
         knob: None,
+        bench: None,
     }
 }
 
@@ -67,6 +68,7 @@ fn waits_at(word: u16, at: u32, r0: [u32; 2]) -> Result<u16, UnknownTime> {
         fetches: true,
         contenders: vec![0b10_1111_0000],
         remote_accesses: 0,
+        dma: None,
     };
     let lies = Lies {
         code: 0b1111,

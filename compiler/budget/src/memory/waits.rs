@@ -11,6 +11,8 @@ pub struct Waits {
     pub fetches: u16,
     /// For other managers of the bus.
     pub others: u16,
+    /// For a DMA.
+    pub dma: u16,
 }
 
 impl Waits {
@@ -19,6 +21,7 @@ impl Waits {
         self.access
             .saturating_add(self.fetches)
             .saturating_add(self.others)
+            .saturating_add(self.dma)
     }
 
     /// The larger of two; of equal ones the first.
@@ -36,6 +39,7 @@ impl Waits {
             access: self.access.saturating_mul(count),
             fetches: self.fetches.saturating_mul(count),
             others: self.others.saturating_mul(count),
+            dma: self.dma.saturating_mul(count),
         }
     }
 }
@@ -48,6 +52,7 @@ impl Add for Waits {
             access: self.access.saturating_add(other.access),
             fetches: self.fetches.saturating_add(other.fetches),
             others: self.others.saturating_add(other.others),
+            dma: self.dma.saturating_add(other.dma),
         }
     }
 }

@@ -287,11 +287,11 @@ impl<'a> Elaborator<'a, '_> {
         // that integers can hold, and would still hold what comes to rest.
         let forward = dag.add(Node::Compare(Cmp::Gt, taken, zero));
         let backward = dag.add(Node::Compare(Cmp::Lt, taken, zero));
-        let rubs = dag.add(Node::Or(forward, backward));
         let at_rest = at(dag, (trial, zero), slope);
         let grips = dag.add(Node::Compare(Cmp::Gt, at_rest, zero));
-        let rubs = dag.add(Node::Or(rubs, grips));
-        let kept = dag.add(Node::Select(rubs, slip, zero));
+        let kept = [backward, forward, grips]
+            .into_iter()
+            .fold(zero, |other, rubs| dag.add(Node::Select(rubs, slip, other)));
         self.mark(span);
         self.model.nexts.push((last, kept));
         self.next_spans.push(rubbed.name.span);

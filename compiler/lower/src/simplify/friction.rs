@@ -37,7 +37,7 @@ impl Rewriter<'_> {
             slope,
             ..balance
         };
-        let (one, least) = (self.constant(1.0), self.constant(LEAST_SLOPE));
+        let (least, above) = (self.constant(LEAST_SLOPE), self.constant(1.0 - LEAST_SLOPE));
         for _ in 0..STEPS {
             self.mark(old);
             self.try_slip(tried, slip);
@@ -45,8 +45,10 @@ impl Rewriter<'_> {
             let (push, steep) = (self.times(gain, law, slip), self.times(gain, slope, slip));
             let sum = self.combine(slip, 1.0, push);
             let rest = self.combine(sum, -1.0, free);
-            let steep = self.combine(one, 1.0, steep);
-            let steep = self.max(steep, least);
+            // What is limited at zero takes one saturation.
+            let steep = self.combine(above, 1.0, steep);
+            let steep = self.max(steep, zero);
+            let steep = self.combine(least, 1.0, steep);
             let step = self.add(Node::Ratio(rest, steep, furthest));
             let next = self.combine(slip, -1.0, step);
             slip = self.held(next, ends);

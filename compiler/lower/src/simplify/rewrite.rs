@@ -7,6 +7,7 @@ use super::keyed::PerKey;
 use super::{interval_of, linear::Sum};
 use whippen_ids::IdMap;
 use whippen_lang::model::dag::Real;
+use whippen_lang::model::fold::fold;
 use whippen_lang::model::{Cmp, Dag, Interval, Model, Node, NodeId};
 use whippen_source::Span;
 
@@ -152,6 +153,7 @@ impl<'a> Rewriter<'a> {
             node => {
                 let mut node = node.clone();
                 node.map_operands(|operand| n(self, &operand));
+                let node = fold(&self.dag, &node).unwrap_or(node);
                 self.add(node)
             }
         }
@@ -355,9 +357,29 @@ impl<'a> Rewriter<'a> {
         let Some((x, c)) = difference.single() else {
             return self.add(Node::Compare(cmp, a, b));
         };
+        if difference.constant == 0.0
+            && let Some(factor) = self.sign_of(x)
+        {
+            let zero = self.add(Node::Const(Real(0.0)));
+            let cmp = if c > 0.0 { cmp } else { flipped(cmp) };
+            return self.compare(cmp, factor, zero);
+        }
         let threshold = self.add(Node::Const(Real(-difference.constant / c + 0.0)));
         let cmp = if c > 0.0 { cmp } else { flipped(cmp) };
         self.add(Node::Compare(cmp, x, threshold))
+    }
+
+    /// The factor that has the sign of a product, where the other is above zero.
+    fn sign_of(&self, product: NodeId) -> Option<NodeId> {
+        let Node::Mul(a, b) = *self.dag.get(product) else {
+            return None;
+        };
+        let is_positive = |factor: &NodeId| self.interval(*factor).low > 0.0;
+        match (is_positive(&a), is_positive(&b)) {
+            (true, _) => Some(b),
+            (_, true) => Some(a),
+            _ => None,
+        }
     }
 
     fn not(&mut self, a: NodeId) -> NodeId {

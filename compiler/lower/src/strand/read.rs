@@ -19,19 +19,26 @@ const COARSER: i32 = 32 - WEIGHT as i32;
 /// Bits of a displacement that is read.
 const DISPLACEMENT: i32 = 30;
 
-/// The sum of the squares of the weights as a cubic of `z = part (1 - part)`, from the third power
-/// on.
-const SPREAD: [f64; 4] = [-5.0 / 9.0, -29.0 / 18.0, -1.0, 1.0];
+/// Bits behind the point of the sum of their squares, whose coefficients reach past 2.
+pub(super) const SPREAD_BITS: u8 = 29;
+/// Most that an inner weight is, and that an outer one is below zero.
+const INNER: i64 = (1 << WEIGHT) + 8;
+const OUTER: i64 = (1 << (WEIGHT - 4)) + (1 << (WEIGHT - 8));
+
+/// The sum of the squares of the weights as a cubic of `s = t^2`, with `t` from the middle between
+/// two points, from the third power on.
+const SPREAD: [f64; 4] = [5.0 / 9.0, -73.0 / 36.0, 275.0 / 144.0, 0.640625];
 
 /// A place on a string.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Place {
     /// Known: the point before it (0 is the end), and how much of a part is between.
     Constant(u32, f64),
-    /// The point before it, the part between with [`WEIGHT`] bits, and how far both are off (m).
+    /// The point before it, how far it is from the middle between that one and the next (a word is
+    /// a part), and how far both are off (m).
     Computed {
         before: Value,
-        part: Value,
+        centred: Value,
         error: f64,
     },
 }
@@ -49,16 +56,21 @@ impl Lowerer<'_> {
         let range = Range::new(nearest << PLACE, ((parts - nearest) << PLACE) - 1);
         let Real { value, error, .. } = self.word_of(place, unit, range)?;
         let before = self.b.op(Op::Sar(PLACE), &[value])?;
-        let whole = self.b.op(Op::Shl(PLACE), &[before])?;
-        let part = self.b.op(Op::Sub, &[value, whole])?;
-        // What is left of whole parts.
-        let part = self.b.op(Op::Assume(0, (1 << PLACE) - 1), &[part])?;
-        let part = self.b.op(Op::Shl(WEIGHT - PLACE), &[part])?;
+        // Whole parts leave the word.
+        let part = self.b.op(Op::ShlWrap(32 - PLACE), &[value])?;
+        let half = self.constant(i32::MIN.into())?;
         Ok(Place::Computed {
             before,
-            part,
+            centred: self.b.op(Op::AddWrap, &[part, half])?,
             error: error + unit,
         })
+    }
+
+    /// The part between the point before and a place, in [`WEIGHT`] bits.
+    fn part_of(&mut self, centred: Value) -> Result<Value, OpError> {
+        let half = self.constant(1 << (WEIGHT - 1))?;
+        let part = self.b.op(Op::Sar(32 - WEIGHT), &[centred])?;
+        self.b.op(Op::Add, &[part, half])
     }
 
     /// Index of the first of the four points around a place.
@@ -72,25 +84,53 @@ impl Lowerer<'_> {
         }
     }
 
-    /// What the four points count, in [`WEIGHT`] bits.
+    /// What the four points count, in [`WEIGHT`] bits: even and odd parts in `t`, with `s = t^2`.
+    ///
+    /// ```text
+    ///   inner  (9 - 4 s)/16 -+ t (9 - 4 s)/8        outer  -(1 - 4 s)/16 +- t (1 - 4 s)/24
+    /// ```
     pub(super) fn weights(&mut self, place: Place) -> Result<[Value; 4], OpError> {
-        let part = match place {
+        let t = match place {
             Place::Constant(_, part) => return self.constants(Strand::weights(part)),
-            Place::Computed { part, .. } => part,
+            Place::Computed { centred, .. } => centred,
         };
-        let both = self.part_and_rest(part)?;
-        let one = self.constant(1 << WEIGHT)?;
-        let rest = self.b.op(Op::Sub, &[one, part])?;
-        // (2 + z)/2, from 1 to 1.125.
-        let half = self.b.op(Op::Sar(1), &[both])?;
-        let inner = self.b.op(Op::Add, &[one, half])?;
-        let outer = self.outer(both, part)?;
-        Ok([
-            outer[0],
-            self.inner(rest, inner)?,
-            self.inner(part, inner)?,
-            outer[1],
-        ])
+        let square = self.squared(t)?;
+        let (quarter, sixteenth) = (
+            self.b.op(Op::Sar(34 - WEIGHT), &[square])?,
+            self.constant(1 << (WEIGHT - 4))?,
+        );
+        let outer = self.b.op(Op::Sub, &[quarter, sixteenth])?;
+        let half = self.constant(1 << (WEIGHT - 1))?;
+        let inner = self.b.op(Op::Sub, &[half, outer])?;
+        // The odd parts over -2.
+        let third = self.constant(format::quantize(1.0 / 3.0, exp2(-32)))?;
+        let outer_odd = self.b.op(Op::MulTop, &[outer, t])?;
+        let outer_odd = self.b.op(Op::MulTop, &[outer_odd, third])?;
+        let inner_odd = self.b.op(Op::MulTop, &[inner, t])?;
+        let outer_odd = self.b.op(Op::Shl(1), &[outer_odd])?;
+        let inner_odd = self.b.op(Op::Shl(1), &[inner_odd])?;
+        let mut found = [t; 4];
+        for (found, (op, even, odd)) in found.iter_mut().zip([
+            (Op::Sub, outer, outer_odd),
+            (Op::Sub, inner, inner_odd),
+            (Op::Add, inner, inner_odd),
+            (Op::Add, outer, outer_odd),
+        ]) {
+            let sum = self.b.op(op, &[even, odd])?;
+            // Intervals do not see that both parts hang together.
+            let known = match even == inner {
+                true => Op::Assume(-8, INNER),
+                false => Op::Assume(-OUTER, 8),
+            };
+            *found = self.b.op(known, &[sum])?;
+        }
+        Ok(found)
+    }
+
+    /// `t^2`, with 32 bits behind the point.
+    fn squared(&mut self, t: Value) -> Result<Value, OpError> {
+        let square = self.b.op(Op::MulTop, &[t, t])?;
+        self.b.op(Op::Assume(0, 1 << 30), &[square])
     }
 
     /// `z = part (1 - part)`
@@ -106,48 +146,27 @@ impl Lowerer<'_> {
         self.b.op(Op::Assume(0, 1 << (WEIGHT - 2)), &[both])
     }
 
-    /// The sum of the squares of the weights at this part.
-    pub(super) fn spread(&mut self, part: Value) -> Result<Value, OpError> {
-        let both = self.part_and_rest(part)?;
-        let z = self.b.op(Op::Shl(2), &[both])?;
-        let [mut sum, rest @ ..] = self.constants(SPREAD)?;
+    /// The sum of the squares of the weights at this distance from the middle, in [`SPREAD_BITS`]
+    /// bits.
+    pub(super) fn spread(&mut self, t: Value) -> Result<Value, OpError> {
+        let unit = exp2(-i32::from(SPREAD_BITS));
+        let square = self.squared(t)?;
+        let [first, rest @ ..] = SPREAD;
+        let mut sum = self.constant(format::quantize(first, unit))?;
         for next in rest {
-            sum = self.b.op(Op::MacTop, &[next, z, sum])?;
+            let next = self.constant(format::quantize(next, unit))?;
+            sum = self.b.op(Op::MacTop, &[next, square, sum])?;
         }
-        Ok(sum)
-    }
-
-    /// `side (2 + z)/2`
-    fn inner(&mut self, side: Value, inner: Value) -> Result<Value, OpError> {
-        let product = self.b.op(Op::MulTop, &[side, inner])?;
-        let product = self.b.op(Op::Shl(2), &[product])?;
-        // Between 0 and 1.
-        self.b.op(Op::Assume(0, (1 << WEIGHT) + 8), &[product])
-    }
-
-    /// `-z (2 - part)/6` and `-z (1 + part)/6`
-    fn outer(&mut self, both: Value, part: Value) -> Result<[Value; 2], OpError> {
-        let sixth = self.constant(format::quantize(1.0 / 6.0, exp2(-33)))?;
-        let half = self.b.op(Op::Sar(1), &[part])?;
-        let zero = self.constant(0)?;
-        let shifted = self.b.op(Op::Shl(2), &[both])?;
-        let mut found = [zero; 2];
-        let starts = [(1_i64 << WEIGHT, Op::Sub), (1 << (WEIGHT - 1), Op::Add)];
-        for (found, (start, op)) in found.iter_mut().zip(starts) {
-            let start = self.constant(start)?;
-            let side = self.b.op(op, &[start, half])?;
-            let side = self.b.op(Op::MulTop, &[side, sixth])?;
-            let product = self.b.op(Op::MulTop, &[shifted, side])?;
-            *found = self.b.op(Op::Sub, &[zero, product])?;
-        }
-        Ok(found)
+        let ends = [Strand::SPREAD.low, Strand::SPREAD.high].map(|end| format::quantize(end, unit));
+        // It grows from the middle outwards, and each step rounds by half a unit.
+        self.b.op(Op::Assume(ends[0] - 8, ends[1] + 8), &[sum])
     }
 
     /// What the three differences between them count in the slope.
     fn slopes(&mut self, place: Place) -> Result<[Value; 3], OpError> {
         let part = match place {
             Place::Constant(_, part) => return self.constants(Strand::slopes(part)),
-            Place::Computed { part, .. } => part,
+            Place::Computed { centred, .. } => self.part_of(centred)?,
         };
         let both = self.part_and_rest(part)?;
         let one_half = self.constant(1 << (WEIGHT - 1))?;
@@ -343,8 +362,8 @@ mod tests {
     fn the_spread_is_a_cubic() {
         for step in 0..=100 {
             let part = f64::from(step) / 100.0;
-            let z = part * (1.0 - part);
-            let found = SPREAD.into_iter().fold(0.0, |sum, next| sum * z + next);
+            let s = (part - 0.5) * (part - 0.5);
+            let found = SPREAD.into_iter().fold(0.0, |sum, next| sum * s + next);
             assert!((found - Strand::spread(part)).abs() < 1e-15, "{part}");
         }
     }

@@ -6,7 +6,7 @@
 use super::super::Lowerer;
 use super::super::format::{self, exp2};
 use super::super::real::Real;
-use super::read::{Place, WEIGHT};
+use super::read::{Place, SPREAD_BITS};
 use super::{Begun, Grids};
 use whippen_kernel::{Op, OpError, Value};
 use whippen_lang::model::{Node, NodeId, Strand, StrandId};
@@ -54,6 +54,7 @@ impl Lowerer<'_> {
         Ok(rates)
     }
 
+    /// In halves: weights that add up to less than 5/4, signs aside, leave a quarter of each sum.
     fn mean(
         &mut self,
         id: StrandId,
@@ -63,24 +64,15 @@ impl Lowerer<'_> {
     ) -> Result<Real, OpError> {
         let Grids { lsb, .. } = self.strands.grids[id];
         let weights = self.weights(place)?;
-        let most = self.constant((1 << WEIGHT) - 1)?;
         let mut sum = self.constant(0)?;
-        // From the middle outwards nothing that is there saturates.
-        for at in [1, 2, 0, 3] {
-            let both = self.b.op(Op::AddSat, &[before[at], after[at]])?;
-            // The outer ones are never positive.
-            let weight = match at {
-                1 | 2 => self.b.op(Op::Min, &[weights[at], most])?,
-                _ => weights[at],
-            };
-            let weight = self.b.op(Op::Shl(1), &[weight])?;
-            let part = self.b.op(Op::MulTop, &[both, weight])?;
-            sum = self.b.op(Op::AddSat, &[sum, part])?;
+        for ((before, after), weight) in before.into_iter().zip(after).zip(weights) {
+            let both = self.b.op(Op::AddSat, &[before, after])?;
+            sum = self.b.op(Op::MacTop, &[sum, both, weight])?;
         }
-        let rate_hz = f64::from(self.step.model.rate_hz);
+        let unit = 2.0 * lsb * f64::from(self.step.model.rate_hz);
         let reach = 2.0 * self.step.model.strands[id].rate;
-        let error = 4.0 * lsb * rate_hz + reach * self.off_by_place(id, place);
-        Ok(Real::new(sum, lsb * rate_hz, error))
+        let error = 2.5 * unit + reach * self.off_by_place(id, place);
+        Ok(Real::new(sum, unit, error))
     }
 
     /// The mean of the rates before and after this tick, without friction.
@@ -102,18 +94,16 @@ impl Lowerer<'_> {
         id: StrandId,
         place: NodeId,
     ) -> Result<Real, OpError> {
-        let unit = exp2(-i32::from(WEIGHT));
+        let unit = exp2(-i32::from(SPREAD_BITS));
         let place = self.place(id, place)?;
-        let part = match place {
+        let centred = match place {
             Place::Constant(_, part) => {
                 let value = self.constant(format::quantize(Strand::spread(part), unit))?;
                 return Ok(Real::new(value, unit, unit));
             }
-            Place::Computed { part, .. } => part,
+            Place::Computed { centred, .. } => centred,
         };
-        let sum = self.spread(part)?;
-        let ends = format::inside(Strand::SPREAD, unit);
-        let value = self.clamped(sum, ends)?;
+        let value = self.spread(centred)?;
         Ok(Real::new(
             value,
             unit,

@@ -8,6 +8,7 @@ use crate::format::{TOP, exp2, exponent, fraction_bits};
 use crate::scales::Scales;
 use crate::sense::{curvature_lsb, slope_lsb};
 use crate::simplify::Step;
+use crate::strand;
 use whippen_ids::{Id, IdMap, impl_id};
 use whippen_lang::model::{CellId, Interval, Node, NodeId};
 use whippen_lang::range::Ranges;
@@ -187,6 +188,14 @@ impl<'a> Chooser<'a> {
                     .filter(|n| is_flexible(n))
                     .for_each(|n| self.unite(self.var_of_node(id), self.var_of_node(*n)));
             }
+            // What a friction's step divides by is limited before its constant comes.
+            if let Node::Ratio(_, steep, _) = *node
+                && let Node::Linear(_, terms) = model.dag.get(steep)
+                && let [(whole, above)] = terms[..]
+                && whole.0 == 1.0
+            {
+                self.unite(self.var_of_node(steep), self.var_of_node(above));
+            }
         }
     }
 
@@ -202,6 +211,15 @@ impl<'a> Chooser<'a> {
             if let Some(lsb) = lsb {
                 let cluster = self.representative(self.var_of_node(id));
                 self.fixed[cluster].get_or_insert(lsb);
+            }
+        }
+        // What pushes a string counts what its points go in a tick.
+        for strand in &model.strands {
+            let rub = strand.friction.as_ref().map(|rub| rub.push);
+            for push in strand.pushes.iter().copied().chain(rub) {
+                let cluster = self.representative(self.var_of_node(push.change));
+                let unit = strand::rate_unit(strand, model.rate_hz);
+                self.fixed[cluster].get_or_insert(unit);
             }
         }
         // What counts in steps counts in whole ones.

@@ -9,7 +9,9 @@ use whippen_kernel::{Op, Value};
 impl Select<'_> {
     /// The register of what each block computes for itself.
     pub(super) fn rematerialize(&mut self, value: Value, op: Op, arg: Value) -> VReg {
-        if let Some((block, reg)) = self.state[value].rematerialized
+        let here = self.func.blocks[self.at].code.len();
+        if let Some((block, from, reg)) = self.state[value].rematerialized
+            && (block != self.at || here - from < self.remat_reach.instructions)
             && self.is_near(block)
         {
             return reg;
@@ -17,7 +19,7 @@ impl Select<'_> {
         self.select_operator(op, &[arg], Some(value));
         let reg = self.reg(value);
         self.bind(value, Binding::Rematerialize(op, arg));
-        self.state[value].rematerialized = Some((self.at, reg));
+        self.state[value].rematerialized = Some((self.at, here, reg));
         reg
     }
 
@@ -25,7 +27,7 @@ impl Select<'_> {
     pub(super) fn is_near(&mut self, block: BlockId) -> bool {
         let mut at = self.at;
         // Each decision is a block, and one that leads from it.
-        for _ in 0..2 * self.remat_reach {
+        for _ in 0..2 * self.remat_reach.decisions {
             match self.only_predecessor(at) {
                 Some(above) if at != block => at = above,
                 _ => break,

@@ -61,7 +61,7 @@ impl Select<'_> {
 pub(super) fn operand_shift(op: Op) -> Option<(ShiftType, u8)> {
     match op {
         Op::Sar(n) => Some((ShiftType::ASR, n)),
-        Op::Shl(n) => Some((ShiftType::LSL, n)),
+        Op::Shl(n) | Op::ShlWrap(n) => Some((ShiftType::LSL, n)),
         _ => None,
     }
 }

@@ -1,0 +1,96 @@
+//! A bench's ticks and its DMA: none is longer than its bound, a core never waits for the DMA at
+//! memory unless its start forgets to say so, and then the bound says that too.
+
+use whippen_compiler::board::Board;
+use whippen_compiler::firmware::{OwnText, OwnTexts};
+
+use crate::key_bench::{Bench, Built, Frames, KEYS, PARTS, PERIOD, build_bench, bundled_board};
+use crate::keys::bundled;
+
+/// Cycles of a tick from its handler on, at most.
+fn bound_of_handler(built: &Built) -> u64 {
+    let bound = &built.bounded.contended;
+    let before = ["the instruction in progress", "entry of the interrupt"];
+    let parts = bound.parts.iter();
+    let before: u64 = parts
+        .filter(|(name, _)| before.contains(&name.as_str()))
+        .map(|(_, cycles)| cycles)
+        .sum();
+    bound.cycles_max - before
+}
+
+/// Strokes on all keys, for so many ticks.
+fn played(built: &Built, ticks: usize) -> (Frames, [u64; 2]) {
+    let mut bench = Bench::started(built, PARTS);
+    bench.machine.set_meets_fetches(true);
+    let mut frames = Frames::default();
+    let before = bench.machine.waited_cycles();
+    bench.between_ticks();
+    for tick in 0..ticks {
+        for key in 0..KEYS {
+            let is_down = (tick + 211 * key) % 2000 < 900;
+            bench.key(key).finger.force_n = if is_down { 2.0 } else { 0.0 };
+        }
+        bench.pass_observed(PERIOD, &mut frames);
+    }
+    assert_eq!((bench.faults(), bench.keys().is_awake()), (0, true));
+    let after = bench.machine.waited_cycles();
+    (frames, [after[0] - before[0], after[1] - before[1]])
+}
+
+#[test]
+fn no_tick_of_a_bench_is_longer_than_its_bound() {
+    let built = bundled("grand-piano.whip");
+    let most = bound_of_handler(&built);
+    let (frames, waited) = played(&built, 6000);
+    println!(
+        "{} of {most} cycles, {} ticks, waited {waited:?}",
+        frames.longest, frames.count
+    );
+    assert_eq!(frames.count, 6000);
+    assert!(frames.longest <= most && frames.longest > most / 2);
+    // Nothing at memory; at the bridge the DMA is met now and then.
+    assert_eq!(waited[0], 0);
+}
+
+/// The bundled board, with all that the DMA reads and writes where the core's code and data are.
+fn crowded() -> Board {
+    let mut board = bundled_board();
+    for place in &mut board.places {
+        match place.pattern.as_str() {
+            ".data.ring" => place.memory = "sram8".into(),
+            ".bss.ring" => place.memory = "sram0".into(),
+            _ => {}
+        }
+    }
+    board
+}
+
+/// The start's text with other priorities.
+fn without_priorities() -> OwnTexts {
+    let text = include_str!("../../compiler/firmware/src/bench_start.s");
+    let changed = text.replace("#BUS_PRIORITIES", "#0");
+    assert_ne!(text, changed);
+    let own = OwnText {
+        path: "own/bench_start.s".into(),
+        text: changed,
+    };
+    OwnTexts::new([("bench_start.s".to_string(), own)]).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn a_core_waits_for_the_dma_at_memory_only_without_priorities() {
+    let build = |own| build_bench("virtual-spring.whip", crowded(), own);
+    let [with, without] = [build(OwnTexts::default()), build(without_priorities())];
+    let [bound, larger] = [&with, &without].map(bound_of_handler);
+    // Sixteen accesses, each before a load and a fetch.
+    assert_eq!(larger, bound + 32);
+    let found = [&with, &without].map(|built| played(built, 3000));
+    for ((frames, waited), most) in found.iter().zip([bound, larger]) {
+        println!("{} of {most} cycles, waited {waited:?}", frames.longest);
+        assert!(frames.longest <= most);
+    }
+    let [at_memory, more] = found.map(|(_, [at_memory, _])| at_memory);
+    assert_eq!(at_memory, 0);
+    assert!(more > 20, "{more}");
+}
