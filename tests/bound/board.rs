@@ -207,7 +207,7 @@ impl<'a> Board<'a> {
         let is_answered = uart.output.last() == Some(&0);
         self.looks += 1;
         // What came before the port was there is lost, and asked again.
-        if !uart.input.is_empty() || !is_answered && self.looks % LOOKS != 0 {
+        if !uart.input.is_empty() || !is_answered && !self.looks.is_multiple_of(LOOKS) {
             return;
         }
         uart.output.clear();

@@ -91,7 +91,7 @@ impl<'a> KnownBoard<'a> {
     pub fn program_name(&self, number: u32) -> Option<&str> {
         let programs = &self.setup.layout.programs;
         let number = number % self.programs().max(1);
-        Some(programs.iter().nth(number as usize)?.name.as_str())
+        Some(programs.get(ProgramId(number))?.name.as_str())
     }
 
     /// The number of a program.
