@@ -347,23 +347,13 @@ const SHARED: &[Source<'static>] = &[
         name: "firmware/mailbox.s",
         text: include_str!("mailbox.s"),
     },
-    Source {
-        name: "firmware/silence.s",
-        text: include_str!("silence.s"),
-    },
 ];
 
-/// What is at the serial port: MIDI both ways.
-const MIDI: &[Source<'static>] = &[
-    Source {
-        name: "firmware/midi.s",
-        text: include_str!("midi.s"),
-    },
-    Source {
-        name: "firmware/midi_in.s",
-        text: include_str!("midi_in.s"),
-    },
-];
+/// Behind what is at the serial port.
+const SILENCE: Source<'static> = Source {
+    name: "firmware/silence.s",
+    text: include_str!("silence.s"),
+};
 
 /// Where the exceptions of a core go.
 const EXCEPTIONS: Source<'static> = Source {
@@ -444,7 +434,7 @@ pub(super) fn shared<'a>(
 ) -> impl Iterator<Item = Source<'a>> + use<'a> {
     let core1 = (cores > 1).then_some(CORE1);
     let own = board.own;
-    let serial = if monitored { monitor::TEXTS } else { MIDI };
+    let serial = monitor::serial(monitored).iter().chain([&SILENCE]);
     let shared = SHARED.iter().chain(serial).copied().chain(core1);
     shared
         .map(|source| own.instead_of(source))
@@ -460,8 +450,9 @@ pub(super) fn bundled_texts() -> impl Iterator<Item = Source<'static>> {
     let frames = frames.chain([&PORTS, &CORE1, &monitor::CAPTURE]);
     let mut all: Vec<Source> = SHARED
         .iter()
-        .chain(MIDI)
-        .chain(monitor::TEXTS)
+        .chain(monitor::serial(false))
+        .chain(monitor::serial(true))
+        .chain([&SILENCE])
         .chain(frames)
         .chain(of_boards)
         .copied()

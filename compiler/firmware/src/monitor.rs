@@ -22,8 +22,25 @@ use super::code::ProgramCode;
 use super::image::has_helper;
 use super::{CORES, FirmwareError, Instrument, Setup, Support, drive_offset_bytes};
 
+/// MIDI both ways.
+const MIDI: &[Source<'static>] = &[
+    Source {
+        name: "firmware/midi.s",
+        text: include_str!("midi.s"),
+    },
+    Source {
+        name: "firmware/midi_in.s",
+        text: include_str!("midi_in.s"),
+    },
+];
+
+/// The texts of what is at the serial port: the monitor, or MIDI.
+pub(super) fn serial(monitored: bool) -> &'static [Source<'static>] {
+    if monitored { TEXTS } else { MIDI }
+}
+
 /// Its texts, in place of MIDI's.
-pub(super) const TEXTS: &[Source<'static>] = &[
+const TEXTS: &[Source<'static>] = &[
     Source {
         name: "firmware/monitor.s",
         text: include_str!("monitor.s"),

@@ -27,9 +27,9 @@ pub struct Running {
     /// reader, head, tail and a word of an event, the tail anew, the event that triggers, and then
     /// the capture (whether it goes on and waits, the tick, how long, when and until when, that it
     /// has its trigger), so fourteen a round, two rounds; the alarm. Core 0 at core 1's: the number
-    /// of its tick; of its capture the group, what it waits for, whether it runs, and its trigger (three
-    /// words); at most nine words of a request (the start of a capture; four that are read or
-    /// set), two rounds.
+    /// of its tick; of its capture the group, what it waits for, whether it runs, and its trigger
+    /// (three words); at most nine words of a request (the start of a capture; four that are read
+    /// or set), two rounds.
     pub visits_monitored: u32,
 }
 
