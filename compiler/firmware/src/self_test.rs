@@ -156,6 +156,7 @@ impl SelfTest<'_> {
         constants.extend(self.support.numbers());
         let own = [
             ("UART_DIVISOR", board.clock_hz / 16 / self.baud.max(1)),
+            ("MONITOR", 0),
             ("STACK0", board.stacks[0]),
             ("SMALL", u32::from(board.arch == whippen_isa::Arch::V6M)),
             ("PROGRAMS", rows.len() as u32),
