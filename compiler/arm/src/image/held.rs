@@ -27,7 +27,7 @@ impl Held {
             if inst.defs().contains(RegSet::core(register)) {
                 let by = step(inst, register).filter(|_| !inst.is_conditional());
                 let moved = &mut self.moved[usize::from(register)];
-                *moved = moved.zip(by).map(|(moved, by)| moved + by);
+                *moved = moved.zip(by).and_then(|(moved, by)| moved.checked_add(by));
             }
         }
         self
@@ -44,14 +44,15 @@ impl Held {
 
 /// By how much an instruction moves a register that it writes, if it only moves it.
 fn step(inst: &Inst, register: u8) -> Option<i32> {
-    let sum = |sign: i32| (inst.n == register).then_some(sign * inst.imm as i32);
+    // What is larger moves no pointer.
+    let way = i32::try_from(inst.imm).ok()?;
+    let sum = |sign: i32| (inst.n == register).then_some(sign * way);
     match inst.op() {
         Op::ADD_immediate => sum(1),
         Op::SUB_immediate => sum(-1),
         _ if inst.wback && inst.n == register && inst.t != register => {
             let single = matches!(inst.class(), Class::Load | Class::Store);
-            let way = if inst.add { 1 } else { -1 };
-            single.then_some(way * inst.imm as i32)
+            single.then_some(if inst.add { way } else { -way })
         }
         _ => None,
     }
