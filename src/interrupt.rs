@@ -19,7 +19,12 @@ type Job = Box<dyn FnOnce() + Send>;
 
 static FIRST: Mutex<Option<Job>> = Mutex::new(None);
 
+/// Begins to listen. Nobody sends signals to a module in a browser, which is ended from outside.
+#[cfg(target_family = "wasm")]
+pub fn listen() {}
+
 /// Begins to listen.
+#[cfg(not(target_family = "wasm"))]
 pub fn listen() {
     // That somebody else decides about the signals is no error.
     let _ = ctrlc::try_set_handler(|| match replace_first(None) {

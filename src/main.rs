@@ -18,6 +18,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 /// Compiling allocates much, on all threads.
+#[cfg(not(target_family = "wasm"))]
 #[global_allocator]
 static MEMORY: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
