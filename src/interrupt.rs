@@ -7,8 +7,10 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+#[cfg(not(target_family = "wasm"))]
 use whippen_runtime::files::abandon_unfinished;
 
+#[cfg(not(target_family = "wasm"))]
 use crate::exit::INTERRUPTED;
 
 /// Whether the first signal has come, where it stops work in order.
@@ -50,6 +52,7 @@ fn replace_first(job: Option<Job>) -> Option<Job> {
     std::mem::replace(&mut first, job)
 }
 
+#[cfg(not(target_family = "wasm"))]
 fn end() {
     abandon_unfinished();
     std::process::exit(INTERRUPTED.into());

@@ -133,9 +133,7 @@ impl<'c> Engine<'c> {
                 compiled,
                 Box::new(Emulated::new(compiled, device, board, keys)?),
             ),
-            EngineKind::Jit => {
-                Engine::Jit(compiled, Box::new(jit(kernel, keys)?))
-            }
+            EngineKind::Jit => Engine::Jit(compiled, Box::new(jit(kernel, keys)?)),
             EngineKind::Interp => Engine::Interp(
                 compiled,
                 Box::new(Interp::new(kernel, keys).map_err(|e| e.to_string())?),

@@ -1,5 +1,5 @@
-//! The studio: a page with an editor and the whole command as a WebAssembly module, in one file that
-//! needs no network.
+//! The studio: a page with an editor and the whole command as a WebAssembly module, in one file
+//! that needs no network.
 //!
 //! ```text
 //!   whippen.wasm (WASI preview 1) --gzip, base64--> studio.html: module, files in memory (`wasi.js`), workers, editor, page
@@ -77,7 +77,11 @@ pub fn page(module: &[u8]) -> Result<String, String> {
     );
     for (id, kind, text) in [
         ("data", "application/json", script_json(&data())),
-        ("grammar", "application/json", GRAMMAR.replace('<', "\\u003c")),
+        (
+            "grammar",
+            "application/json",
+            GRAMMAR.replace('<', "\\u003c"),
+        ),
         ("wasi", "text/plain", WASI.to_string()),
         ("worker", "text/plain", WORKER.to_string()),
         ("compiler", "application/gzip", STANDARD.encode(&packed)),
@@ -109,9 +113,7 @@ fn compressed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
 
 /// What the scripts must know: the bundled programs, and the boards.
 fn data() -> Value {
-    let example = |keyboard: bool| {
-        move |&(file, text): &(&str, &str)| json!({ "file": file, "text": text, "keyboard": keyboard })
-    };
+    let example = |keyboard: bool| move |&(file, text): &(&str, &str)| json!({ "file": file, "text": text, "keyboard": keyboard });
     let instruments = INSTRUMENTS.iter().map(example(false));
     let examples = instruments.chain(KEYBOARDS.iter().map(example(true)));
     json!({ "first": FIRST, "boards": BOARDS, "examples": examples.collect::<Vec<_>>() })

@@ -31,8 +31,12 @@ pub fn run(args: &Args) -> Outcome {
         .check()?;
     let usage = |error: String| Failure::Usage(error);
     let module = read_bytes(&args.module, InputKind::MODULE).map_err(|e| usage(e.to_string()))?;
-    let html = studio::page(&module)
-        .map_err(|why| usage(format!("`{}` is not the command: {why}", args.module.display())))?;
+    let html = studio::page(&module).map_err(|why| {
+        usage(format!(
+            "`{}` is not the command: {why}",
+            args.module.display()
+        ))
+    })?;
     studio::save(&html, &args.output).map_err(|e| usage(e.to_string()))?;
     say!(
         "{}: {} bytes; open it in a browser",

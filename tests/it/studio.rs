@@ -1,5 +1,5 @@
-//! The studio: the command as a module gives, byte for byte, what the command gives; and the page in
-//! a browser, where a program is written, mended, played and taken home.
+//! The studio: the command as a module gives, byte for byte, what the command gives; and the page
+//! in a browser, where a program is written, mended, played and taken home.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -153,7 +153,8 @@ fn of_module(node: &Path, module: &Path, cases: &[Case]) -> Vec<Left> {
     told.iter().map(left).collect()
 }
 
-const MISTAKE: &str = "instrument a {\n    sense x: length in 0 mm .. 10 mm\n    force f = weigth\n}\n";
+const MISTAKE: &str =
+    "instrument a {\n    sense x: length in 0 mm .. 10 mm\n    force f = weigth\n}\n";
 
 /// What the studio asks for, and what else the command can do without a machine around it.
 fn cases() -> Vec<Case> {
@@ -169,19 +170,70 @@ fn cases() -> Vec<Case> {
         case("check a.whip", &[], &[("a.whip", MISTAKE)]),
         case("check absent.whip", &[], &[]),
         case("check hammond.whip --watching", hammond, &[]),
-        case("fmt a.whip", &[], &[("a.whip", "instrument a{sense x:length in 0 mm..10 mm\nforce f=1 N}")]),
+        case(
+            "fmt a.whip",
+            &[],
+            &[(
+                "a.whip",
+                "instrument a{sense x:length in 0 mm..10 mm\nforce f=1 N}",
+            )],
+        ),
         case("budget hammond.whip --json --keys 20", hammond, &[]),
         case("budget hammond.whip --keys 255", hammond, &[]),
-        case("build hammond.whip --board rp2350 --keys 8 -o h.uf2", hammond, &[]),
-        case("build hammond.whip --keys 8 -o h.elf --listing h.lst --map h.map", hammond, &[]),
+        case(
+            "build hammond.whip --board rp2350 --keys 8 -o h.uf2",
+            hammond,
+            &[],
+        ),
+        case(
+            "build hammond.whip --keys 8 -o h.elf --listing h.lst --map h.map",
+            hammond,
+            &[],
+        ),
         case("build grand-piano.whip --keys 8 -o g.uf2", grand, &[]),
         case("build grand-piano.whip --keys 3 -o g.c", grand, &[]),
         case("build grand-piano.whip --keys 3 -o g.wasm", grand, &[]),
         case("page grand-piano.whip -o touch.html", grand, &[]),
-        case("run hammond.whip --seconds 0.3 --out t.csv --exact --events e.csv --plot p.svg --json", hammond, &[]),
-        case("run grand-piano.whip --seconds 0.2 --out t.csv --exact --report r.html", grand, &[]),
+        case(
+            "run hammond.whip --seconds 0.3 --out t.csv --exact --events e.csv --plot p.svg --json",
+            hammond,
+            &[],
+        ),
+        case(
+            "run grand-piano.whip --seconds 0.2 --out t.csv --exact --report r.html --json",
+            grand,
+            &[],
+        ),
         conversation("hammond.whip"),
     ]
+}
+
+/// Whether two outputs are the same JSON but for the last digits of the loop's stability, whose
+/// complex exponentials are those of the machine's library.
+fn alike(one: &str, other: &str) -> bool {
+    let [mut one, mut other] =
+        [one, other].map(|text| serde_json::from_str::<Value>(text).unwrap_or_default());
+    let judged = [&mut one, &mut other].map(|budget| budget["stability"].take());
+    one.is_object() && one == other && near(&judged[0], &judged[1])
+}
+
+/// As equal, but numbers to a part in a thousand million.
+fn near(one: &Value, other: &Value) -> bool {
+    match (one, other) {
+        (Value::Array(one), Value::Array(other)) => {
+            one.len() == other.len() && one.iter().zip(other).all(|(a, b)| near(a, b))
+        }
+        (Value::Object(one), Value::Object(other)) => {
+            one.len() == other.len()
+                && one
+                    .iter()
+                    .all(|(key, a)| other.get(key).is_some_and(|b| near(a, b)))
+        }
+        _ => match (one.as_f64(), other.as_f64()) {
+            (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs().max(b.abs()),
+            _ => one == other,
+        },
+    }
 }
 
 #[test]
@@ -197,7 +249,12 @@ fn the_module_leaves_what_the_command_leaves() {
         let of_command = case.of_command();
         let words = case.words.join(" ");
         assert_eq!(of_module.code, of_command.code, "{words}: {of_module:?}");
-        assert_eq!(of_module.output, of_command.output, "{words}");
+        assert!(
+            of_module.output == of_command.output || alike(&of_module.output, &of_command.output),
+            "{words}: {}\n{}",
+            of_module.output,
+            of_command.output
+        );
         assert_eq!(of_module.errors, of_command.errors, "{words}");
         let names = |left: &Left| left.files.keys().cloned().collect::<Vec<_>>();
         assert_eq!(names(of_module), names(&of_command), "{words}");
@@ -222,7 +279,10 @@ fn what_is_no_module_makes_no_studio() {
     let words = |file: &'static str| ["studio", "--module", file, "-o", "studio.html"];
     shell.refuses(2, &words("x.wasm"), &["it is no WebAssembly module"]);
     shell.refuses(2, &words("absent.wasm"), &["absent.wasm"]);
-    let shell = Shell::new().with("h.whip", &std::fs::read_to_string(bundled("hammond.whip")).expect("a program"));
+    let shell = Shell::new().with(
+        "h.whip",
+        &std::fs::read_to_string(bundled("hammond.whip")).expect("a program"),
+    );
     shell.ends(0, &["build", "h.whip", "-o", "h.wasm"]);
     shell.refuses(2, &words("h.wasm"), &["something else than WASI"]);
 }
@@ -261,23 +321,49 @@ fn judge(shell: &Shell, value: &Value) {
     let text = |name: &str| value[name].as_str().unwrap_or_default().to_string();
     let count = |name: &str| value[name].as_u64().unwrap_or_default();
     assert!(text("version").starts_with("whippen "), "{value}");
-    assert!(count("cores") >= 2 && text("fits").contains("keys fit"), "{value}");
+    assert!(
+        count("cores") >= 2 && text("fits").contains("keys fit"),
+        "{value}"
+    );
     assert!(count("cycles") > 3 && count("coloured") > 4, "{value}");
     assert!(text("mistake").contains("WH"), "{value}");
-    assert!(count("underlined") > 0 && value["disabled"] == true, "{value}");
+    assert!(
+        count("underlined") > 0 && value["disabled"] == true,
+        "{value}"
+    );
     assert!(text("explained").contains("WH"), "{value}");
     assert!(text("alt").contains("hammond"), "{value}");
-    assert!(value["played"]["events"].as_str().is_some_and(|events| events.contains("note")), "{value}");
+    assert!(
+        value["played"]["events"]
+            .as_str()
+            .is_some_and(|events| events.contains("note")),
+        "{value}"
+    );
     assert!(count("hash") > 100, "{value}");
     assert_eq!(value["axe"], json!([]), "{value}");
     assert_eq!(value["wide"], true, "{value}");
     let hammond = bundled("hammond.whip");
     std::fs::copy(hammond, shell.path("hammond.whip")).expect("a copy");
     let build = |file: &str| {
-        shell.ends(0, &["build", "hammond.whip", "--board", "rp2350", "--keys", "8", "-o", file]);
+        shell.ends(
+            0,
+            &[
+                "build",
+                "hammond.whip",
+                "--board",
+                "rp2350",
+                "--keys",
+                "8",
+                "-o",
+                file,
+            ],
+        );
         std::fs::read(shell.path(file)).expect("is built")
     };
     let uf2 = STANDARD.decode(text("uf2")).expect("base64");
     assert!(uf2 == build("hammond.uf2"), "the firmware differs");
-    assert!(text("c").as_bytes() == build("hammond.c"), "the C text differs");
+    assert!(
+        text("c").as_bytes() == build("hammond.c"),
+        "the C text differs"
+    );
 }

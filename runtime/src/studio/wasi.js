@@ -5,7 +5,7 @@
 // Files are a Map from names (such as "piano.whip") to bytes; folders are what stands before a slash. Each call is a fresh instance, so
 // nothing is left of the one before. What the module asks for beyond what stands here is refused as a system would (ENOSYS).
 
-const ERRNO = { bad: 8, exists: 20, invalid: 28, isFolder: 31, absent: 44, unknown: 52, noFolder: 54, notEmpty: 55 };
+const ERRNO = { bad: 8, exists: 20, invalid: 28, isFolder: 31, absent: 44, unknown: 52, noFolder: 54, notEmpty: 55, unsupported: 58 };
 const FILE_TYPE = { none: 0, folder: 3, file: 4 };
 /** The folder that everything is in: the first descriptor behind the three streams. */
 const ROOT = 3;
@@ -314,6 +314,9 @@ function pathCalls(system) {
   };
 }
 
+/** What a newer libc than Debian's has itself: that there are no threads, and where the number of the last error stands (not here: 0). */
+const LATER = { __errno_location: () => 0, pthread_create: () => ERRNO.unsupported };
+
 /**
  * Runs the command once: `words` behind its name, `files` it finds, `input` it reads. `files` of the outcome are all that are there then,
  * `output` and `errors` are text. A panic ends with code 3.
@@ -321,8 +324,10 @@ function pathCalls(system) {
 function runCommand(module, { words, files = new Map(), input = new Uint8Array(0) }) {
   const system = new System({ words, files, input });
   const calls = { ...processCalls(system), ...descriptorCalls(system), ...pathCalls(system) };
-  const wanted = WebAssembly.Module.imports(module).map(({ name }) => [name, calls[name] ?? (() => ERRNO.unknown)]);
-  system.instance = new WebAssembly.Instance(module, { wasi_snapshot_preview1: Object.fromEntries(wanted) });
+  const imports = WebAssembly.Module.imports(module);
+  const given = (from, calls, other) => Object.fromEntries(imports.filter((of) => of.module === from).map(({ name }) => [name, calls[name] ?? other]));
+  const ofSystem = given("wasi_snapshot_preview1", calls, () => ERRNO.unknown);
+  system.instance = new WebAssembly.Instance(module, { wasi_snapshot_preview1: ofSystem, env: given("env", LATER, () => 0) });
   let code = 0;
   let broken = "";
   try {

@@ -91,8 +91,8 @@ pub fn python(module: &str) -> Option<PathBuf> {
     found
 }
 
-/// The command as a WebAssembly module, which `tests/setup` makes of the sources; none, and the test
-/// counts as skipped, where it is absent.
+/// The command as a WebAssembly module, which `tests/setup` makes of the sources; none, and the
+/// test counts as skipped, where it is absent.
 ///
 /// # Panics
 ///
@@ -102,7 +102,8 @@ pub fn module() -> Option<PathBuf> {
     made("module/whippen.wasm", "module", advice)
 }
 
-/// A file of a package of npm that judges; none, and the test counts as skipped, where it is absent.
+/// A file of a package of npm that judges; none, and the test counts as skipped, where it is
+/// absent.
 ///
 /// # Panics
 ///
