@@ -332,6 +332,7 @@ fn judge(shell: &Shell, value: &Value) {
         "{value}"
     );
     assert!(text("explained").contains("WH"), "{value}");
+    assert_eq!(text("fix"), "Write param", "{value}");
     assert!(text("alt").contains("hammond"), "{value}");
     assert!(
         value["played"]["events"]

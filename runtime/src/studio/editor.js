@@ -76,7 +76,10 @@ function makeEditor(parent, { changed, complete, hover, grammar }) {
     EditorView.contentAttributes.of({ "aria-label": "The program", spellcheck: "false" }),
     EditorView.updateListener.of((update) => update.docChanged && changed()),
   ];
-  return new EditorView({ parent, state: EditorState.create({ extensions }) });
+  const view = new EditorView({ parent, state: EditorState.create({ extensions }) });
+  // What scrolls can be scrolled by the keyboard alone.
+  view.scrollDOM.tabIndex = 0;
+  return view;
 }
 
 const textOf = (view) => view.state.doc.toString();

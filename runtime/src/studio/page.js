@@ -38,6 +38,7 @@ function changed() {
   if (!lanes.answers) return;
   clearTimeout(state.timer);
   state.generation += 1;
+  status("Changed …");
   for (const name of ["pictures", "proofs"]) lanes[name]?.stop();
   state.timer = setTimeout(update, QUIET_MS);
 }
