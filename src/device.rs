@@ -13,7 +13,7 @@ use whippen_runtime::device::{Device, Port};
 use crate::hardware::DEVICE;
 
 /// What `--device` is for.
-pub const HELP: &str = "The device, by name (mikey, knob, touch, pad, mouse) or as a TOML file: the scales of sensors \
+pub const HELP: &str = "The device, by name (mikey, chain, knob, touch, pad, mouse) or as a TOML file: the scales of sensors \
      and drives; the keyboard's otherwise, or mikey, or knob for what turns, or the one that has the ports";
 
 /// How `--device` is written.

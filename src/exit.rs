@@ -1,7 +1,5 @@
 //! How a command ends.
 
-use std::process::ExitCode;
-
 use crate::say::{self, tell};
 
 /// The exit code of a command that was interrupted, as shells count a Ctrl-C.
@@ -25,22 +23,22 @@ pub type Outcome = Result<(), Failure>;
 
 /// Prints what there is to say and gives the exit code: 0 done, 1 program, 2 command line, 3
 /// defect, 130 interrupted.
-pub fn code(outcome: Outcome) -> ExitCode {
+pub fn code(outcome: Outcome) -> u8 {
     let outcome = outcome.and_then(|()| match say::lost() {
         None => Ok(()),
         Some(why) => Err(Failure::Usage(format!("cannot write to stdout: {why}"))),
     });
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::Program) => ExitCode::from(1),
+        Ok(()) => 0,
+        Err(Failure::Program) => 1,
         Err(Failure::Usage(message)) => {
             tell!("error: {message}");
-            ExitCode::from(2)
+            2
         }
-        Err(Failure::Interrupted) => ExitCode::from(INTERRUPTED),
+        Err(Failure::Interrupted) => INTERRUPTED,
         Err(Failure::Defect(message)) => {
             tell!("defect in Whippen, please report it: {message}");
-            ExitCode::from(3)
+            3
         }
     }
 }

@@ -79,7 +79,7 @@ mod tests {
         assert_eq!(
             DEVICE.absent("miky".as_ref()),
             "there is no device `miky`; did you mean `mikey`?\n\
-             devices are gimbal, knob, mikey, mouse, pad, touch; docs/how-to/device.md says how to write a file of your own"
+             devices are chain, gimbal, knob, mikey, mouse, pad, touch; docs/how-to/device.md says how to write a file of your own"
         );
         assert_eq!(
             BOARD.absent("boards/rp235.toml".as_ref()),

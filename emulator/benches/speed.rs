@@ -1,6 +1,7 @@
 //! How fast compiled code runs: `kernels.c`, compiled by GCC with -O2 for the Cortex-M33, on one
-//! core and on two, in blocks and observed. Counted is the time on a processor, where the host
-//! tells it, so that other work does not matter much; of several runs the fastest.
+//! core and on two, in blocks and observed. Two cores run it on the same data, or each on its own
+//! data in banks of its own, as on RP2350. Counted is the time on a processor, where the host tells
+//! it, so that other work does not matter much; of several runs the fastest.
 //!
 //! `cargo bench -p whippen-emulator`. QEMU on the same program: `docs/bars.md`.
 
@@ -8,9 +9,12 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::LazyLock;
 use std::time::Instant;
-use whippen_emulator::{Board, CoreKind, Machine, Observer, Region, Start, Step, Stop};
+use whippen_emulator::{Board, BoardKind, CoreKind, Machine, Observer, Region, Start, Step, Stop};
 
 const RAM: u32 = 0x1000_0000;
+const RAM_BYTES: u32 = 0x4_0000;
+/// Two groups of banks of RP2350.
+const GROUPS: [u32; 2] = [0x2000_0000, 0x2004_0000];
 
 /// Looks at every instruction.
 struct Watcher;
@@ -21,8 +25,8 @@ impl Observer for Watcher {
     }
 }
 
-/// The image, or why there is none.
-fn build(folder: &Path) -> Result<Vec<u8>, String> {
+/// The image for an address, or why there is none.
+fn build(folder: &Path, origin: u32) -> Result<Vec<u8>, String> {
     let benches = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches");
     let run = |command: &mut Command| {
         let output = command
@@ -43,9 +47,10 @@ fn build(folder: &Path) -> Result<Vec<u8>, String> {
         "-DROUNDS=100",
         "-nostdlib",
         "-fno-builtin",
-        "-T",
     ]);
     run(gcc
+        .arg(format!("-Wl,--defsym=origin={origin:#x}"))
+        .arg("-T")
         .arg(benches.join("kernels.ld"))
         .arg(benches.join("kernels.c"))
         .arg("-o")
@@ -57,36 +62,39 @@ fn build(folder: &Path) -> Result<Vec<u8>, String> {
     std::fs::read(&image).map_err(|e| e.to_string())
 }
 
-fn machine(image: &[u8], cores: usize) -> Machine {
-    let regions = vec![Region::ram("ram", RAM, 0x4_0000)];
-    let board = Board {
+/// A board whose cores run images that lie in its memory.
+fn machine(board: Board, images: &[(u32, &[u8])]) -> Machine {
+    let mut machine = Machine::new(board).expect("a board");
+    for (origin, image) in images {
+        let memory = &mut machine.bus.memory;
+        memory.write(*origin, image).expect("an image that fits");
+    }
+    machine.semihosting.enabled = true;
+    let word = |image: &[u8], at: usize| {
+        u32::from_le_bytes([image[at], image[at + 1], image[at + 2], image[at + 3]])
+    };
+    // Cores with the same image work on the same data, each on a stack of its own.
+    for core in 0..machine.cores() {
+        let (origin, image) = images[core % images.len()];
+        let shared = (core / images.len()) as u32;
+        let start = Start {
+            vector_table: origin,
+            stack: word(image, 0) - 0x1000 * shared,
+            address: word(image, 4),
+        };
+        machine.start(core, start);
+    }
+    machine
+}
+
+/// Cores without banks, on one memory.
+fn plain(cores: usize) -> Board {
+    Board {
         cores,
-        regions,
+        regions: vec![Region::ram("ram", RAM, RAM_BYTES)],
         vector_table: RAM,
         ..Board::generic(CoreKind::CortexM33)
-    };
-    let mut machine = Machine::new(board).expect("a board");
-    machine
-        .bus
-        .memory
-        .write(RAM, image)
-        .expect("an image that fits");
-    machine.semihosting.enabled = true;
-    machine.reset();
-    let word =
-        |at: usize| u32::from_le_bytes([image[at], image[at + 1], image[at + 2], image[at + 3]]);
-    // All cores run the same program on the same data, each on a stack of its own.
-    (1..cores).for_each(|core| {
-        machine.start(
-            core,
-            Start {
-                vector_table: RAM,
-                stack: word(0) - 0x1000 * core as u32,
-                address: word(4),
-            },
-        );
-    });
-    machine
+    }
 }
 
 /// Seconds on a processor so far (Linux), else of the clock.
@@ -98,30 +106,36 @@ fn now() -> f64 {
 
 static START: LazyLock<Instant> = LazyLock::new(Instant::now);
 
-/// Instructions per second of the fastest run.
-fn fastest(image: &[u8], cores: usize, runs: usize, run: impl Fn(&mut Machine) -> Stop) -> f64 {
+/// Instructions per second of the fastest run, in M.
+fn fastest(ready: impl Fn() -> Machine, runs: usize, run: impl Fn(&mut Machine) -> Stop) -> f64 {
     let once = || {
-        let mut machine = machine(image, cores);
+        let mut machine = ready();
         let start = now();
         assert_eq!(run(&mut machine), Stop::Exit { code: 0 });
-        machine.instructions() as f64 / (now() - start)
+        machine.instructions() as f64 / (now() - start) / 1e6
     };
     (0..runs).map(|_| once()).fold(0.0, f64::max)
 }
 
 fn main() {
     let folder = tempfile::tempdir().expect("a folder");
-    let image = match build(folder.path()) {
-        Ok(image) => image,
-        Err(why) => return println!("skipped: no image: {why}"),
+    let built = |origin| build(folder.path(), origin);
+    let (image, first, second) = match (built(RAM), built(GROUPS[0]), built(GROUPS[1])) {
+        (Ok(image), Ok(first), Ok(second)) => (image, first, second),
+        (Err(why), ..) | (_, Err(why), _) | (.., Err(why)) => {
+            return println!("skipped: no image: {why}");
+        }
     };
-    for cores in [1, 2] {
-        let blocks = fastest(&image, cores, 3, |m| m.run(u64::MAX));
-        let observed = fastest(&image, cores, 1, |m| m.run_observed(u64::MAX, &mut Watcher));
-        println!(
-            "{cores} running: {:.1} M instructions/s, observed {:.1} M",
-            blocks / 1e6,
-            observed / 1e6
-        );
-    }
+    let one = || machine(plain(1), &[(RAM, &image)]);
+    let two = || machine(plain(2), &[(RAM, &image)]);
+    let apart = [(GROUPS[0], &first[..]), (GROUPS[1], &second[..])];
+    let banks = || machine(BoardKind::Rp2350.board(), &apart);
+    let show = |name: &str, ready: &dyn Fn() -> Machine| {
+        let blocks = fastest(ready, 3, |m| m.run(u64::MAX));
+        let observed = fastest(ready, 1, |m| m.run_observed(u64::MAX, &mut Watcher));
+        println!("{name}: {blocks:.1} M instructions/s, observed {observed:.1} M");
+    };
+    show("one core", &one);
+    show("two cores, the same data", &two);
+    show("two cores, banks of their own", &banks);
 }

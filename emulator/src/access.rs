@@ -3,7 +3,9 @@
 //! ```text
 //!   aligned, in a plain page? --yes--> done
 //!        | no
-//!   is the cycle known (`Cpu::exact`)? --no--> Flow::Inexact: the machine runs the instruction again, knowing it
+//!   is the cycle known (`Cpu::exact`)? --no--> does the core run apart, and is it plain? --yes--> done (`apart`)
+//!        | yes                                    | no
+//!        |                                        Flow::Inexact: the machine runs the instruction again, knowing it
 //!        | yes
 //!   unaligned? code? wait states? private peripherals? device? nobody: BusFault
 //! ```
@@ -114,7 +116,7 @@ impl Cpu {
         aligned: bool,
     ) -> Result<u32, Flow> {
         if !self.exact {
-            return Err(Flow::Inexact);
+            return bus.load_apart(address, size).ok_or(Flow::Inexact);
         }
         if !address.is_multiple_of(size) {
             self.check_alignment(address, aligned)?;
@@ -141,7 +143,7 @@ impl Cpu {
             return Ok(());
         }
         if !self.exact {
-            return Err(Flow::Inexact);
+            return bus.store_apart(address, size, value).ok_or(Flow::Inexact);
         }
         if !address.is_multiple_of(size) {
             self.check_alignment(address, aligned)?;

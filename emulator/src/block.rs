@@ -5,6 +5,7 @@
 //! them were passed is part of what the block's cycles are remembered under.
 
 use crate::exec;
+use crate::fabric::fetched_word;
 use crate::memory::Memory;
 use crate::op::Op;
 use crate::outcome::DIVIDE_BITS;
@@ -29,6 +30,10 @@ pub(crate) struct Block {
     pub wide: bool,
     /// Cycles that it takes at most.
     pub cycles_max: u64,
+    /// Cycles that it took the last time that a core ran it apart.
+    pub took: u32,
+    /// The ports that its words are fetched at, a bit each.
+    pub ports: u32,
     pub memo: crate::memo::Memo,
 }
 
@@ -57,6 +62,8 @@ impl Block {
             end_it: it,
             wide: memory.halfword(address).is_some_and(is_wide),
             cycles_max: 0,
+            took: 0,
+            ports: 0,
             memo: crate::memo::Memo::default(),
         };
         let mut bits = 0;
@@ -89,6 +96,7 @@ impl Block {
     /// Decodes one more instruction; whether the next one can follow it.
     fn push(&mut self, memory: &mut Memory, timing: &Timing) -> bool {
         let (address, it) = (self.end, self.end_it);
+        self.ports |= memory.port_bit(fetched_word(address));
         match fetch(memory, timing.arch, address, it) {
             Ok(inst) => {
                 (0..inst.size() / 2).for_each(|i| memory.mark_code(address.wrapping_add(2 * i)));

@@ -7,6 +7,7 @@
 //!
 //! Not here: what every core has for itself at 0xE0000000 (`system`).
 
+use crate::apart::Trail;
 use crate::board::{Board, BoardError};
 use crate::fabric::Fabric;
 use crate::lines::Lines;
@@ -103,6 +104,11 @@ pub struct Bus {
     pub pins: Pins,
     /// Who waits for whom.
     pub(crate) fabric: Fabric,
+    /// What the core that runs apart has done, and whether one does.
+    pub(crate) trail: Trail,
+    pub(crate) apart: bool,
+    /// Whether banks and memory are such that cores may run apart.
+    pub(crate) divides: bool,
     slots: Vec<Slot>,
     /// Requests that came in a cycle, once each: a bit for every number.
     request_pulses: (u64, u64),
@@ -117,11 +123,16 @@ pub struct Bus {
 impl Bus {
     pub(crate) fn new(board: &Board) -> Result<Self, BoardError> {
         let lines = Lines::new(board.cores);
+        let mut memory = Memory::new(board)?;
+        let divides = memory.set_ports(&board.banks);
         Ok(Self {
-            memory: Memory::new(board)?,
+            memory,
             lines,
             pins: Pins::none(),
             fabric: Fabric::new(&board.banks),
+            trail: Trail::default(),
+            apart: false,
+            divides,
             slots: Vec::new(),
             request_pulses: (0, 0),
             requests_changed: false,

@@ -53,6 +53,20 @@ impl Code {
         }
     }
 
+    /// The number of the block that begins at an address, if it was decoded.
+    #[inline(always)]
+    pub fn known(&mut self, address: u32, it: ItState) -> Option<usize> {
+        let (found, number) = self.recent[(address >> 1) as usize % RECENT];
+        if found == address && !it.inside() {
+            return Some(number as usize);
+        }
+        let number = *self.by_place.get(&(address, it))?;
+        if !it.inside() {
+            self.recent[(address >> 1) as usize % RECENT] = (address, number);
+        }
+        Some(number as usize)
+    }
+
     #[cold]
     #[inline(never)]
     fn look_up(&mut self, memory: &mut Memory, address: u32, it: ItState) -> usize {

@@ -31,14 +31,21 @@ pub(crate) struct Core {
     pub instructions: u64,
     /// Where the next step probably is: block and instruction.
     pub cursor: (usize, usize),
+    /// How often states of the pipeline got other numbers.
+    pub renumbered: u32,
 }
 
-/// A run through a block that ended.
-struct Run {
-    block: usize,
+/// A run through a block, or through some of its instructions, that ended.
+#[derive(Clone, Copy)]
+pub(crate) struct Run {
+    pub block: usize,
+    /// The first instruction.
+    pub first: usize,
     /// Instructions that ran.
-    done: usize,
-    taken: bool,
+    pub done: usize,
+    /// Whether it was to be a single instruction.
+    pub single: bool,
+    pub taken: bool,
 }
 
 impl Core {
@@ -51,6 +58,7 @@ impl Core {
             cycle: 0,
             instructions: 0,
             cursor: (0, 0),
+            renumbered: 0,
         }
     }
 
@@ -107,7 +115,9 @@ impl Core {
         (
             Run {
                 block: number,
+                first: 0,
                 done,
+                single: false,
                 taken,
             },
             matches!(flow, Flow::Next | Flow::Branch),
@@ -116,7 +126,7 @@ impl Core {
 
     /// Adds the cycles of a run.
     #[inline(always)]
-    fn charge(&mut self, run: &Run, wide: bool) {
+    pub(crate) fn charge(&mut self, run: &Run, wide: bool) {
         let pc = self.cpu.pc;
         let about = u32::from(run.taken) << 2 | (pc >> 1 & 1) << 1 | u32::from(wide);
         let key = Key::new(
@@ -125,7 +135,12 @@ impl Core {
             run.done,
             if run.taken { about } else { 0 },
         );
-        let known = match self.code.blocks[run.block].memo.get(&key) {
+        let block = &self.code.blocks[run.block];
+        let memo = match run.single {
+            true => &block.infos[run.first].memo,
+            false => &block.memo,
+        };
+        let known = match memo.get(&key) {
             Some(known) => known,
             None => self.count(run, key, Target { address: pc, wide }),
         };
@@ -141,7 +156,8 @@ impl Core {
         let block = &self.code.blocks[run.block];
         let mut outcomes = Outcomes::new(key.outcomes);
         let (mut pipe, mut cycles) = (self.pipes.state(self.pipe), 0);
-        for (i, info) in block.infos[..run.done].iter().enumerate() {
+        let infos = &block.infos[run.first..run.first + run.done];
+        for (i, info) in infos.iter().enumerate() {
             let target = (run.taken && i + 1 == run.done).then_some(target);
             let outcome = outcomes.next(info, target);
             if let Ok((_, timed)) = &info.inst {
@@ -157,7 +173,12 @@ impl Core {
         };
         // Numbers of an earlier count mean nothing.
         if self.pipes.len() >= numbers && run.done > 0 {
-            self.code.blocks[run.block].memo.insert(key, known);
+            let block = &mut self.code.blocks[run.block];
+            let memo = match run.single {
+                true => &mut block.infos[run.first].memo,
+                false => &mut block.memo,
+            };
+            memo.insert(key, known);
         }
         known
     }
@@ -170,6 +191,7 @@ impl Core {
         }
         self.code.blocks.iter_mut().for_each(Block::forget_cycles);
         self.pipes = Pipes::new();
+        self.renumbered += 1;
         self.pipes.number(pipe).unwrap_or(0)
     }
 

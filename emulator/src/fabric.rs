@@ -114,7 +114,7 @@ impl Fabric {
 
     /// A core fetches ahead of the instruction that it begins.
     pub fn fetch(&mut self, core: usize, instruction: u32, cycle: u64) {
-        let word = (instruction & !3).wrapping_add(8);
+        let word = fetched_word(instruction);
         if core < CORES && self.fetched[core] != word {
             self.fetched[core] = word;
             self.claim(2 * core, word, cycle);
@@ -151,9 +151,46 @@ impl Fabric {
         wait + owed
     }
 
+    /// Whether cores that use no port in common never wait: none is owed a cycle, and no DMA is at
+    /// work.
+    pub fn is_even(&self) -> bool {
+        !self.dma && !self.meets_fetches && self.owed.iter().all(|owed| *owed == 0)
+    }
+
+    /// The ports that each core holds in a cycle or later, a bit each; nothing when a DMA holds
+    /// one.
+    pub fn held(&self, cycle: u64) -> Option<[u32; CORES]> {
+        let mut held = [0; CORES];
+        for (port, last) in self.ports.iter().enumerate() {
+            if last.free > cycle {
+                *held.get_mut(last.manager / 2)? |= 1 << port;
+            }
+        }
+        Some(held)
+    }
+
+    /// What is left of a core's accesses at ports that nobody else used: each with its port and
+    /// cycle, and the instruction that it executed last.
+    pub fn settle(&mut self, core: usize, accesses: impl Iterator<Item = (u8, u64)>, last: u32) {
+        for (port, cycle) in accesses {
+            if let Some(port) = self.ports.get_mut(port as usize) {
+                *port = Port {
+                    free: port.free.max(cycle + 1),
+                    manager: 2 * core + 1,
+                };
+            }
+        }
+        self.fetched[core] = fetched_word(last);
+    }
+
     fn port(&self, address: u32) -> Option<usize> {
         self.banks.iter().find_map(|banks| banks.port(address))
     }
+}
+
+/// The word that is fetched while an instruction is executed.
+pub(crate) fn fetched_word(instruction: u32) -> u32 {
+    (instruction & !3).wrapping_add(8)
 }
 
 #[cfg(test)]

@@ -34,6 +34,7 @@
 
 mod access;
 mod alu;
+mod apart;
 mod block;
 mod board;
 mod boards;

@@ -10,6 +10,7 @@
 //! Cores interleave by cycle, the lower number first where cycles are equal: each sees what the
 //! others did before, as the hardware would without bus conflicts.
 
+use crate::apart::Apart;
 use crate::board::{Board, BoardError};
 use crate::bus::Bus;
 use crate::core::Core;
@@ -34,6 +35,7 @@ pub struct Machine {
     pub semihosting: Semihosting,
     board: Board,
     pub(crate) cores: Vec<Core>,
+    pub(crate) apart: Apart,
     breakpoints: BTreeSet<u32>,
     watches: Vec<Watch>,
     /// While a called function runs, the cycle in which it was entered.
@@ -70,6 +72,7 @@ impl Machine {
                 ..Semihosting::default()
             },
             cores: (0..board.cores).map(core).collect(),
+            apart: Apart::default(),
             board,
             breakpoints: BTreeSet::new(),
             watches: Vec::new(),

@@ -8,7 +8,12 @@
 //! know about an address (read-only, code that was decoded from it, wait states) makes the first
 //! look-up fail, and the slow way decides. Aliases of a region are page numbers that occur twice.
 
+mod apart;
+
+pub(crate) use apart::{NO_PORT, Replaced};
+
 use crate::board::{Board, BoardError, Region};
+use apart::Stripe;
 
 /// Bytes of a page.
 pub(crate) const PAGE: usize = 4096;
@@ -29,6 +34,8 @@ pub struct Memory {
     /// Every page, also those that the two maps above leave out.
     all: Map,
     about: Vec<About>,
+    /// Which ports each page has, once somebody said so.
+    stripes: Vec<Stripe>,
     regions: Vec<Region>,
     watches: Vec<Watch>,
     /// Whether others may use memory in the same cycle. Then `reads` and `writes` are empty, and
@@ -95,6 +102,7 @@ impl Memory {
             writes: empty_map(),
             all: empty_map(),
             about: Vec::new(),
+            stripes: Vec::new(),
             regions: board.regions.clone(),
             watches: Vec::new(),
             shared: false,
@@ -132,6 +140,7 @@ impl Memory {
             code: None,
             guarded: false,
         });
+        self.stripes.push(Stripe::NONE);
         self.pages.len() as u32
     }
 

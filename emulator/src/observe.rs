@@ -20,6 +20,10 @@ pub struct Step<'a> {
 
 /// Whoever watches. The run without one costs nothing for it.
 pub trait Observer {
+    /// Whether it looks at instructions. Who looks at exceptions alone leaves a run as fast as it
+    /// is without observers.
+    const INSTRUCTIONS: bool = true;
+
     /// After each instruction that was executed or skipped; not one that raised a fault.
     fn instruction(&mut self, step: &Step<'_>);
 
@@ -31,4 +35,10 @@ pub trait Observer {
 
     /// After an exception was left: the cycle in which the code goes on that it interrupted.
     fn resumed(&mut self, _core: usize, _cycle: u64) {}
+
+    /// Whether the run ends here, with [`Stop::Limit`](crate::Stop::Limit): asked after each
+    /// exception that was left, and some instructions.
+    fn stops(&self) -> bool {
+        false
+    }
 }

@@ -94,7 +94,7 @@ impl Machine {
         mut first: bool,
         observer: &mut Option<&mut O>,
     ) -> Result<(), Stop> {
-        let fast = observer.is_none() && !self.has_breakpoints() && !self.bus.memory.is_shared();
+        let fast = !looks(observer) && !self.has_breakpoints() && !self.bus.memory.is_shared();
         loop {
             if fast && horizon.saturating_sub(self.cores[core].cycle) >= BLOCK_CYCLES_MIN {
                 self.cores[core].run_blocks(&mut self.bus, horizon);
@@ -109,15 +109,22 @@ impl Machine {
         }
     }
 
-    /// Runs several cores to the horizon, always the one that is furthest behind by one
-    /// instruction, or until something happened that others must hear of.
+    /// Runs several cores to the horizon, apart where that can be done, else always the one that is
+    /// furthest behind by one instruction, or until something happened that others must hear of.
     fn run_turns<O: Observer>(
         &mut self,
         horizon: u64,
         mut first: bool,
         observer: &mut Option<&mut O>,
     ) -> Result<(), Stop> {
-        while let Some(core) = self.next_core() {
+        let fast = !looks(observer) && !self.has_breakpoints();
+        loop {
+            if fast {
+                self.try_apart(horizon);
+            }
+            let Some(core) = self.next_core() else {
+                break;
+            };
             let changed = self.cores[core].cpu.system.changed && !first;
             if changed
                 || self.cores[core].cycle >= horizon
@@ -144,6 +151,9 @@ impl Machine {
             return Err(Stop::Breakpoint { core, address });
         }
         self.step_core(core, observer)?;
+        if observer.as_ref().is_some_and(|o| o.stops()) {
+            return Err(Stop::Limit);
+        }
         let cpu = &self.cores[core].cpu;
         let changed = cpu.system.changed | self.bus.lines.changed;
         // A device that was accessed may be due before the horizon that was set without it.
@@ -250,4 +260,9 @@ impl Machine {
             () => None,
         }
     }
+}
+
+/// Whether somebody looks at every instruction.
+fn looks<O: Observer>(observer: &Option<&mut O>) -> bool {
+    observer.is_some() && O::INSTRUCTIONS
 }

@@ -71,12 +71,18 @@ impl Core {
         }
     }
 
-    /// The decoded instruction at PC.
-    fn locate(&mut self, bus: &mut Bus) -> (usize, usize) {
+    /// The cursor, if the instruction at PC is there.
+    pub fn located(&self) -> Option<(usize, usize)> {
         let (block, index) = self.cursor;
         let info = self.code.blocks.get(block).and_then(|b| b.infos.get(index));
-        if info.is_some_and(|i| i.address == self.cpu.pc && i.it == self.cpu.it) {
-            return self.cursor;
+        let is_here = info.is_some_and(|i| i.address == self.cpu.pc && i.it == self.cpu.it);
+        is_here.then_some(self.cursor)
+    }
+
+    /// The decoded instruction at PC.
+    fn locate(&mut self, bus: &mut Bus) -> (usize, usize) {
+        if let Some(cursor) = self.located() {
+            return cursor;
         }
         if self.code.is_full() {
             self.code.clear();
@@ -106,7 +112,8 @@ impl Core {
             1,
             if taken { about } else { 0 },
         );
-        let forgettable = around.observer.is_none() && self.cpu.stall == 0;
+        let looks = around.observer.is_some() && O::INSTRUCTIONS;
+        let forgettable = !looks && self.cpu.stall == 0;
         let memo = &self.code.blocks[block].infos[index].memo;
         match memo.get(&key).filter(|_| forgettable) {
             Some(known) => {

@@ -5,11 +5,14 @@
 //!   word --upper bits, delay, hold--> amplifier, or R/L of the coil --bandwidth--> first mode --> force
 //! ```
 //!
-//! Every stage is linear and its input is constant over a step, so each is stepped by its exact
-//! solution. A stage that the device does not name is not there.
+//! The input of a stage is constant over a step, so each is stepped by its exact solution; all are
+//! linear but a winding behind a supply (`supplied`). A stage that the device does not name is not
+//! there.
 //!
-//! Not here: heat (`motor`), and the same chain as a frequency response (the compiler's
-//! `stability`).
+//! Not here: what a motor stands (`motor`), and the same chain as a frequency response (the
+//! compiler's `stability`).
+
+mod supplied;
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -19,6 +22,7 @@ use whippen_compiler::rate::Rate;
 use whippen_compiler::stability::Resonance;
 
 use crate::device::Drive;
+use supplied::Supplied;
 
 /// Steps in a tick.
 pub const STEPS: usize = 16;
@@ -30,6 +34,8 @@ pub struct Coil {
     /// Forces asked for, with the steps at which they begin to act.
     asked: VecDeque<(usize, f64)>,
     held: f64,
+    /// In place of `lag` where the device names a supply.
+    supplied: Option<Supplied>,
     lag: Option<Lag>,
     bandwidth: Lag,
     mode: Option<Ring>,
@@ -57,11 +63,18 @@ impl Coil {
     /// A drive at rest.
     pub fn new(drive: Drive, rate_hz: Rate) -> Coil {
         let step_s = 1.0 / (f64::from(rate_hz) * STEPS as f64);
+        let lag = drive.lag_hz().map(|hz| Lag::new(Some(hz), step_s));
+        let behind_supply = drive.supply.zip(drive.winding);
+        let supplied = behind_supply.map(|(supply, winding)| {
+            let follows = drive.amplifier_hz.and(lag).map(|lag| lag.follows);
+            Supplied::new(supply, winding, follows, step_s)
+        });
         Coil {
             drive,
             asked: VecDeque::new(),
             held: 0.0,
-            lag: drive.lag_hz().map(|hz| Lag::new(Some(hz), step_s)),
+            lag: lag.filter(|_| supplied.is_none()),
+            supplied,
             bandwidth: Lag::new(drive.bandwidth_hz, step_s),
             mode: drive.mode.map(|mode| Ring::new(mode, step_s)),
             step: 0,
@@ -82,6 +95,7 @@ impl Coil {
         };
         Coil {
             held: force,
+            supplied: self.supplied.map(|winding| winding.at(force)),
             lag: self.lag.map(at),
             bandwidth: at(self.bandwidth),
             mode: self.mode.map(still),
@@ -95,8 +109,9 @@ impl Coil {
         self.asked.push_back((begins, self.drive.force(word)));
     }
 
-    /// Goes on by a step.
-    pub fn advance(&mut self) {
+    /// Goes on by a step, of a key that goes down at a speed (m/s or rad/s): behind a supply it
+    /// induces a voltage.
+    pub fn advance(&mut self, speed: f64) {
         while let Some(&(begins, force)) = self.asked.front() {
             if begins > self.step {
                 break;
@@ -105,6 +120,9 @@ impl Coil {
             self.asked.pop_front();
         }
         let mut input = self.held;
+        if let Some(winding) = &mut self.supplied {
+            input = winding.advance(input, speed);
+        }
         if let Some(lag) = &mut self.lag {
             input = lag.advance(input);
         }
@@ -115,10 +133,10 @@ impl Coil {
         self.step += 1;
     }
 
-    /// Takes the word of a tick and goes on to the next.
+    /// Takes the word of a tick and goes on to the next, of a key whose speed does not matter.
     pub fn tick(&mut self, word: i16) {
         self.ask(word);
-        (0..STEPS).for_each(|_| self.advance());
+        (0..STEPS).for_each(|_| self.advance(0.0));
     }
 
     /// What it pushes (N or N*m, up).
@@ -187,7 +205,7 @@ mod tests {
         for _ in 0..ticks {
             coil.ask(word);
             for _ in 0..STEPS {
-                coil.advance();
+                coil.advance(0.0);
                 let t_s = coil.step as f64 / (STEPS as f64 * f64::from(RATE_HZ));
                 out.push((t_s, coil.force()));
             }

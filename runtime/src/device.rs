@@ -19,7 +19,7 @@ mod converter;
 mod file;
 mod matching;
 mod mechanics;
-mod noise;
+pub(crate) mod noise;
 mod port;
 mod port_file;
 
@@ -29,13 +29,17 @@ use whippen_compiler::scales::PortScales;
 
 use crate::files::{FileError, InputKind, read_text};
 pub use mechanics::{FeltStops, Mechanics};
-pub use port::{Drive, Port, Sensor, Stands, Winding};
+pub use port::{Drive, Port, Sensor, Stands, Supply, Winding};
 
 /// The bundled devices: file and text.
 const BUNDLED: &[(&str, &str)] = &[
     (
         "mikey.toml",
         include_str!("../../instruments/hardware/mikey.toml"),
+    ),
+    (
+        "chain.toml",
+        include_str!("../../instruments/hardware/chain.toml"),
     ),
     (
         "knob.toml",

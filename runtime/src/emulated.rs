@@ -41,7 +41,7 @@ use crate::image::{self, ImageInstrument};
 
 /// The MIDI number of the first key; only the serial port, to which nobody listens, depends on it.
 const FIRST_NOTE: u8 = 21;
-/// Cycles between looks at whether a tick is over.
+/// Cycles between looks at whether a tick is over that has lasted longer than it may.
 const SLICE: u64 = 48;
 
 /// A board to be emulated.
@@ -307,7 +307,7 @@ impl Emulated {
         loop {
             // Not beyond the next request, lest its frame is taken for this one.
             let left = deadline.saturating_sub(self.cycle());
-            self.slice(if left == 0 { SLICE } else { SLICE.min(left) })?;
+            self.slice(if left == 0 { SLICE } else { left })?;
             let served = |core: usize| {
                 Ok(self.block(core, core_block::TICK)? >= tick
                     && self.machine.cpu(core).exception() == 0)
@@ -341,9 +341,11 @@ impl Emulated {
         Ok(self.converter()?.cycle_of(tick))
     }
 
-    /// Runs for so long; the core that met a breakpoint, if one did.
+    /// Runs for so long, or until a core has left an exception; the core that met a breakpoint, if
+    /// one did.
     fn slice(&mut self, cycles: u64) -> Result<Option<usize>, String> {
         let until = self.cycle() + cycles;
+        self.frames.has_resumed = false;
         match self.machine.run_observed(until, &mut self.frames) {
             Stop::Limit => Ok(None),
             Stop::Breakpoint { core, .. } => Ok(Some(core)),

@@ -207,7 +207,7 @@ impl Plant {
     }
 
     fn advance(&mut self) {
-        self.coil.advance();
+        self.coil.advance(self.v);
         self.force = self.coil.force();
         let Mechanics {
             mass,

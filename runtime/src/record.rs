@@ -119,6 +119,11 @@ impl Record {
         self.thinned.is_none().then_some(&self.head)
     }
 
+    /// The value of every tick of a record that keeps all of them; else those of the first ticks.
+    pub fn into_values(self) -> Vec<f64> {
+        self.head
+    }
+
     /// The first ticks, one by one; none where they were not kept beyond [`HEAD_MAX`] ticks.
     pub fn head(&self) -> &[f64] {
         &self.head

@@ -162,6 +162,28 @@ fn values_are_written_into_the_program_and_used() {
     assert_eq!(shell.lines("fitted.whip").join("\n"), fitted);
 }
 
+/// One processor or all, with generations and several recordings.
+#[test]
+fn a_fit_is_the_same_on_any_number_of_processors() {
+    let Some(taskset) = whippen_need::tool("taskset") else {
+        return;
+    };
+    let shell = shell();
+    let text = [1, 2].map(|seed| noisy(&shell, seed));
+    let shell = shell.with("a.csv", &text[0]).with("b.csv", &text[1]);
+    let args =
+        "fit spring.whip --free k,B --data a.csv --data b.csv --global 2 --engine jit --json";
+    let args: Vec<&str> = args.split(' ').collect();
+    let (all, _) = shell.ends(0, &args);
+    let alone = std::process::Command::new(taskset)
+        .args(["-c", "0", env!("CARGO_BIN_EXE_whippen")])
+        .args(&args)
+        .current_dir(shell.path(""))
+        .output()
+        .expect("it starts");
+    assert_eq!(String::from_utf8_lossy(&alone.stdout), all);
+}
+
 #[test]
 fn what_the_data_do_not_show_is_said() {
     let mut shell = shell();

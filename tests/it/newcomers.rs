@@ -83,7 +83,7 @@ fn a_device_is_named_or_given_as_a_file_in_every_command() {
             shell.refuses(2, &words(command, &["dial.whip", "--device", device]), says);
         };
         let known =
-            "devices are gimbal, knob, mikey, mouse, pad, touch; docs/how-to/device.md says how";
+            "devices are chain, gimbal, knob, mikey, mouse, pad, touch; docs/how-to/device.md says how";
         refuses(
             "knobb",
             &["there is no device `knobb`; did you mean `knob`?", known],

@@ -5,7 +5,9 @@ use whippen_runtime::device::Device;
 use whippen_runtime::engine::EngineKind;
 use whippen_runtime::{resting, session};
 
+use crate::cli::{Shell, bundled};
 use crate::common::{self, RATE_HZ};
+use crate::pictures::compare_picture;
 use crate::played::play;
 
 /// No bundled key hums louder while it rests, at 1 um of noise (N, root of the mean square).
@@ -129,4 +131,30 @@ fn a_dead_band_makes_a_noisy_recording_quiet() {
         assert!((a / b - 1.0).abs() < 0.02, "{a} and {b} m/s");
     }
     println!("5 cases");
+}
+
+/// The pictures of `instruments/grand-piano.md`.
+#[test]
+fn the_recording_at_rest_looks_as_its_page_shows() {
+    let Some(folder) = whippen_need::recordings("kawai-grand") else {
+        return;
+    };
+    let file = |name: &str| std::fs::read_to_string(folder.join(name)).expect("readable");
+    let mut shell = Shell::new();
+    for name in ["key_and_hammer_2kHz.txt", "calibration_key.csv"] {
+        shell = shell.with(name, &file(name));
+    }
+    let grand = bundled("grand-piano.whip");
+    let as_recorded = "--motion key_and_hammer_2kHz.txt --rate 2000 --column 2 --calibration calibration_key.csv \
+                       --rest 0.88mm --full 12.7mm --dip 10mm --lowpass 200Hz --seconds 0.2";
+    let args: Vec<&str> = ["run", grand.as_str()]
+        .into_iter()
+        .chain(as_recorded.split_whitespace())
+        .collect();
+    let banded = ["--deadband", "0.0002"];
+    for (name, options) in [("noisy-rest.svg", &[][..]), ("quiet-rest.svg", &banded[..])] {
+        shell.ends(0, &[&args[..], options, &["--plot", name]].concat());
+        let drawn = std::fs::read_to_string(shell.path(name)).expect("a picture");
+        compare_picture(&format!("instruments/pictures/{name}"), &drawn);
+    }
 }

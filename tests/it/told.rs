@@ -156,7 +156,7 @@ fn hardware_that_is_not_there_says_what_is() {
         let says = [&boards[..], &[near]].concat();
         shell.refuses(2, &["budget", "lamp.whip", "--board", board], &says);
     }
-    let devices = ["devices are gimbal, knob, mikey", "docs/how-to/device.md"];
+    let devices = ["devices are chain, gimbal, knob, mikey", "docs/how-to/device.md"];
     shell.refuses(
         2,
         &["run", "lamp.whip", "--device", "absent.toml"],

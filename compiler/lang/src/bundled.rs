@@ -7,7 +7,7 @@
 pub const BOARDS: &[&str] = &["pico2_knob", "rp2040", "rp2350", "stm32f4"];
 
 /// The devices that a keyboard may name, likewise.
-pub const DEVICES: &[&str] = &["gimbal", "knob", "mikey", "mouse", "pad", "touch"];
+pub const DEVICES: &[&str] = &["chain", "gimbal", "knob", "mikey", "mouse", "pad", "touch"];
 
 /// The presets that a command may name: the files in `instruments/presets/`.
 pub const PRESETS: &[&str] = &["onofrei", "open-g", "pentatonic"];

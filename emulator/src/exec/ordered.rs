@@ -13,6 +13,9 @@ use whippen_isa::{Inst, Op as I};
 
 fn load<T: Datum, const EXCLUSIVE: bool>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
     let address = cpu.rn(op).wrapping_add(op.imm);
+    if EXCLUSIVE && bus.apart {
+        return Flow::Inexact;
+    }
     let value = match cpu.load_aligned::<T>(bus, address) {
         Ok(value) => value,
         Err(flow) => return flow,
@@ -33,6 +36,9 @@ fn store<T: Datum>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
 
 fn store_exclusive<T: Datum>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
     let address = cpu.rn(op).wrapping_add(op.imm);
+    if bus.apart {
+        return Flow::Inexact;
+    }
     let succeeds = bus.exclusives[cpu.index] == Some(address);
     if succeeds && let Err(flow) = cpu.store_aligned::<T>(bus, address, cpu.rt(op)) {
         return flow;
@@ -43,6 +49,9 @@ fn store_exclusive<T: Datum>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
 }
 
 fn clear(cpu: &mut Cpu, bus: &mut Bus, _: &Op) -> Flow {
+    if bus.apart {
+        return Flow::Inexact;
+    }
     bus.exclusives[cpu.index] = None;
     Flow::Next
 }

@@ -6,7 +6,7 @@ use whippen_compiler::units::{Dim, Quantity, parse_quantity, parse_unit};
 
 use super::converter::BITS;
 use super::port_file::{port, port_names, several};
-use super::{Device, Heat, Motor, Port};
+use super::{Device, Drive, Heat, Motor, Port, Supply};
 use crate::entries::{Entries, Known};
 use crate::files::FileError;
 
@@ -28,6 +28,7 @@ const KEYS: &[Known] = &[
     ("drive.amplifier", "40 kHz"),
     ("drive.resistance", "8 Ohm"),
     ("drive.inductance", "1 mH"),
+    ("drive.supply", "24 V"),
     ("drive.mode", "3 kHz"),
     ("drive.mode_damping", "0.02"),
     ("port.*.sensor.bits", "16 bit"),
@@ -89,9 +90,12 @@ pub fn read(path: &Path, text: &str) -> Result<Device, FileError> {
     if !names.is_empty() {
         return several(&entries, name, &names);
     }
-    let port = port(&entries, "", "")?;
+    let mut port = port(&entries, "", "")?;
     let has = |part: &str| entries.all().any(|(key, _)| key.starts_with(part));
     let motor = has("motor.").then(|| motor(&entries, &port)).transpose()?;
+    if let Some(drive) = &mut port.drive {
+        drive.supply = supply(&entries, drive, motor.as_ref())?;
+    }
     let passivity_j = entries
         .find("passivity.energy")
         .map(|_| entries.quantity("passivity.energy", Dim::TORQUE));
@@ -134,6 +138,37 @@ fn motor(entries: &Entries, port: &Port) -> Result<Motor, FileError> {
     }
     check_arm(entries, &motor, port)?;
     Ok(motor)
+}
+
+/// What drives a current through the winding, if the file says so: the motor's currents and the
+/// winding say what that comes to.
+fn supply(
+    entries: &Entries,
+    drive: &Drive,
+    motor: Option<&Motor>,
+) -> Result<Option<Supply>, FileError> {
+    const KEY: &str = "drive.supply";
+    if entries.find(KEY).is_none() {
+        return Ok(None);
+    }
+    let volts = entries.measure(KEY, &[("mV", 1e-3), ("V", 1.0)])?;
+    let (Some(winding), Some(motor)) = (drive.winding, motor) else {
+        let why = "needs `drive.resistance`, `drive.inductance` and `[motor]`, which says the current of a force";
+        return Err(entries.error(KEY, why));
+    };
+    let most_a = volts / winding.resistance_ohm;
+    if most_a < motor.peak_a {
+        let why = format!(
+            "drives {most_a:.3} A through `drive.resistance`, less than `motor.peak`, the current of the largest word"
+        );
+        return Err(entries.error(KEY, &why));
+    }
+    Ok(Some(Supply {
+        volts,
+        amperes_per_force: motor.peak_a / drive.full_scale,
+        rated_a: motor.rated_a,
+        heat: motor.heat,
+    }))
 }
 
 /// Where the arm from the motor's axis to the finger is told, full scale must be what the peak

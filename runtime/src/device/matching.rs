@@ -203,6 +203,7 @@ mod tests {
             all,
             [
                 "mikey: ",
+                "chain: ",
                 "knob: ",
                 "gimbal: ",
                 "touch: x y z tilt",

@@ -1,5 +1,6 @@
-//! Counter-based normal noise: what a sensor adds to a reading, a function of its name and the tick
-//! alone, so that a run is the same bits every time and in any order.
+//! Counter-based normal noise: what a sensor adds to a reading, or a copy of a recording to a row,
+//! is a function of a name and a number alone, so that a run is the same bits every time and in any
+//! order.
 //!
 //! SplitMix64's finalizer (Steele, Lea and Flood 2014) mixes the counter, Box and Muller's
 //! transform makes two of its words one normal number. The noise is white: it knows nothing of

@@ -5,6 +5,7 @@ use whippen_compiler::scales::Scales;
 use whippen_compiler::stability::Resonance;
 use whippen_compiler::units::Dim;
 
+use super::Heat;
 use super::converter::{self, ReadingCurve, quantized};
 use super::mechanics::Mechanics;
 use super::noise;
@@ -75,6 +76,8 @@ pub struct Drive {
     pub amplifier_hz: Option<f64>,
     /// The coil's winding, if it is known.
     pub winding: Option<Winding>,
+    /// What drives a current through the winding, if its limits are known.
+    pub supply: Option<Supply>,
     /// The coil's first mode, if it is known.
     pub mode: Option<Resonance>,
 }
@@ -88,6 +91,19 @@ pub struct Winding {
     pub inductance_h: f64,
 }
 
+/// The supply of an amplifier, and what it takes to warm the winding.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Supply {
+    /// The largest voltage on the winding, either way (V).
+    pub volts: f64,
+    /// The current of a force (A/N or A/(N*m)); a speed of the key induces its reciprocal in volts.
+    pub amperes_per_force: f64,
+    /// The current that warms the winding by what `heat` says (A).
+    pub rated_a: f64,
+    /// How the winding gets warm; none for one that stays cold.
+    pub heat: Option<Heat>,
+}
+
 impl Drive {
     /// No drive at all; a word of it is 1/32768, so that scales are above 0.
     pub const NONE: Drive = Drive {
@@ -97,6 +113,7 @@ impl Drive {
         bandwidth_hz: None,
         amplifier_hz: None,
         winding: None,
+        supply: None,
         mode: None,
     };
 

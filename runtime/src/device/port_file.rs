@@ -189,6 +189,7 @@ fn drive(entries: &Entries, prefix: &str, moves: Moves) -> Result<Drive, FileErr
         bandwidth_hz: frequency(bandwidth)?,
         amplifier_hz: frequency(key("amplifier"))?,
         winding: winding(entries, &key)?,
+        supply: None,
         mode: mode(entries, &key, frequency(key("mode"))?)?,
     };
     if drive.full_scale <= 0.0 {

@@ -41,6 +41,8 @@ impl CoreLoad {
 pub(super) struct Frames {
     /// The cycle in which each core went on.
     resumed: [u64; 2],
+    /// Whether one went on since somebody looked.
+    pub has_resumed: bool,
     /// The longest of each core (cycles).
     pub longest: [u64; 2],
     /// All of each core (cycles).
@@ -48,10 +50,17 @@ pub(super) struct Frames {
 }
 
 impl Observer for Frames {
+    const INSTRUCTIONS: bool = false;
+
     fn instruction(&mut self, _: &Step<'_>) {}
 
     fn resumed(&mut self, core: usize, cycle: u64) {
         self.resumed[core & 1] = cycle;
+        self.has_resumed = true;
+    }
+
+    fn stops(&self) -> bool {
+        self.has_resumed
     }
 }
 

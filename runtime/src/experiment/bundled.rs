@@ -32,6 +32,10 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
         include_str!("../../../instruments/experiments/figure-12.toml"),
     ),
     (
+        "signal-chain.toml",
+        include_str!("../../../instruments/experiments/signal-chain.toml"),
+    ),
+    (
         "figure-16.toml",
         include_str!("../../../instruments/experiments/figure-16.toml"),
     ),
@@ -58,6 +62,10 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
     (
         "motion-force.toml",
         include_str!("../../../instruments/experiments/motion-force.toml"),
+    ),
+    (
+        "hammer-paths.toml",
+        include_str!("../../../instruments/experiments/hammer-paths.toml"),
     ),
     (
         "two-body-and-grand.toml",

@@ -30,6 +30,8 @@ impl InputKind {
     pub const PRESET: InputKind = InputKind::new("a preset", MIB, MIB);
     /// A calibration table.
     pub const CALIBRATION: InputKind = InputKind::new("a calibration table", MIB, 64 * KIB);
+    /// A table of a program, a curve to import: 4096 rows take a twentieth of it.
+    pub const TABLE: InputKind = InputKind::new("a table", 4 * MIB, 64 * KIB);
     /// A recording of a motion or a force: its lines are read one by one.
     pub const RECORDING: InputKind = InputKind::new("a recording", 4 * GIB, 64 * KIB);
     /// A performance.
@@ -45,6 +47,7 @@ impl InputKind {
         InputKind::DESCRIPTION,
         InputKind::PRESET,
         InputKind::CALIBRATION,
+        InputKind::TABLE,
         InputKind::RECORDING,
         InputKind::MIDI,
         InputKind::IMAGE,

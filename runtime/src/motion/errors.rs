@@ -1,7 +1,7 @@
 //! What is known of a recording's errors, applied to its rows: a flat end of the sensor, and copies
 //! that differ by noise and scale.
 
-use whippen_compiler::Rng;
+use crate::device::noise::{normal, stream};
 
 /// What a sensor does not show near rest, where its curve is flat: from x on, a way of
 /// `way_m (1 - exp(-x / over_m))` is added, and the dip stays what it is.
@@ -37,18 +37,13 @@ pub struct Disturbance {
 
 impl Disturbance {
     pub(super) fn disturb(self, positions_m: &mut [f64]) {
-        let mut rng = Rng::new(self.seed);
-        let scale = 1.0 + self.scale * normal(&mut rng);
-        for x in positions_m {
-            *x = scale * *x + self.noise_m * normal(&mut rng);
+        // The first number is the scale's, each row has one of its own.
+        let copy = stream("copy", self.seed);
+        let scale = 1.0 + self.scale * normal(copy, 0);
+        for (number, x) in (1..).zip(positions_m) {
+            *x = scale * *x + self.noise_m * normal(copy, number);
         }
     }
-}
-
-/// Nearly a normal distribution, of a spread of 1: a sum of twelve.
-fn normal(rng: &mut Rng) -> f64 {
-    let uniform = |rng: &mut Rng| (rng.next() >> 11) as f64 / (1u64 << 53) as f64;
-    (0..12).map(|_| uniform(rng)).sum::<f64>() - 6.0
 }
 
 #[cfg(test)]

@@ -57,6 +57,23 @@ pub const MUTANTS: &[(&str, &[Change])] = &[
         ],
     ),
     (
+        "signal-chain",
+        &[
+            (
+                "phi' > 0 rad/s {\n        emit note",
+                "phi' > 75 rad/s {\n        emit note",
+            ),
+            (
+                "force contact    = push * reach",
+                "force contact    = 10 * push * reach",
+            ),
+            (
+                "force inertia    = added_mass * x''",
+                "force inertia    = 0.1 kg * x''",
+            ),
+        ],
+    ),
+    (
         "figure-16",
         &[
             (
@@ -122,6 +139,17 @@ pub const MUTANTS: &[(&str, &[Change])] = &[
                 "phi' > 0 rad/s {\n        emit note",
                 "phi' > 75 rad/s {\n        emit note",
             ),
+        ],
+    ),
+    (
+        "hammer-paths",
+        &[
+            ("l3_long     = 17.8 mm", "l3_long     = 12 mm"),
+            ("capstan   = 0.55", "capstan   = 0.35"),
+            ("l3         = 17.8 mm", "l3         = 12 mm"),
+            ("key_length = 218 mm", "key_length = 318 mm"),
+            ("phi_string  = 0.365 rad", "phi_string  = 0.41 rad"),
+            ("phi_string = 0.365 rad", "phi_string = 0.41 rad"),
         ],
     ),
     (

@@ -23,7 +23,7 @@ fn recording() -> Option<Vec<(&'static str, String)>> {
 }
 
 fn experiments() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let names = ["figure-18.toml", "figure-19.toml"];
+    let names = ["figure-18.toml", "figure-19.toml", "hammer-paths.toml"];
     let all = EXPERIMENTS.iter().copied();
     all.filter(move |(file, _)| names.contains(file))
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{Told, there_and_back};
+use super::{Told, swept, there_and_back};
 use crate::cli::Shell;
 use crate::common;
 
@@ -25,18 +25,21 @@ fn sizes(program: &str) -> (usize, usize) {
     (cells, 4 * words)
 }
 
-/// Cycles that a key is proven to take at most on a board, waiting for memory included.
-fn cycles_max(shell: &Shell, board: &str) -> u64 {
-    let args = ["budget", "switch.whip", "--keys", "2", "--json", "--board"];
+/// Cycles that a key is proven to take at most on a board, waiting for memory included, and how
+/// many keys are proven to fit.
+fn proven(shell: &Shell, board: &str) -> String {
+    let args = ["budget", "switch.whip", "--most-keys", "--json", "--board"];
     let (out, _) = shell.ends(0, &[&args[..], &[board]].concat());
     let found: Value = serde_json::from_str(&out).expect("JSON");
-    let of_key = |name: &str| found["key"][name].as_u64().expect("cycles");
-    of_key("cycles_max") + of_key("contention_cycles_max")
+    let number = |value: &Value| value.as_u64().expect("a number");
+    let of_key = |name: &str| number(&found["key"][name]);
+    let cycles_max = of_key("cycles_max") + of_key("contention_cycles_max");
+    format!("{cycles_max} | {}", number(&found["keys"]))
 }
 
 fn row(name: &str, told: &Told) -> String {
     let shell = Shell::new().with("switch.whip", &told.program);
-    let cycles = BOARDS.map(|board| cycles_max(&shell, board).to_string());
+    let proven = BOARDS.map(|board| proven(&shell, board));
     let (cells, bytes) = sizes(&told.program);
     let json = &told.json;
     format!(
@@ -46,7 +49,7 @@ fn row(name: &str, told: &Told) -> String {
         json["give_mm"],
         told.rms_gf,
         json["glitches"].as_array().map_or(0, Vec::len),
-        cycles.join(" | "),
+        proven.join(" | "),
     )
 }
 
@@ -60,12 +63,12 @@ fn table(rows: &str) -> String {
         "cells",
         "bytes",
     ];
-    let boards = BOARDS.map(|board| format!("{board}: cycles of a key"));
+    let boards = BOARDS.map(|board| format!("{board}: cycles of a key | keys"));
     format!(
         "| {} | {} |\n| {} |\n{rows}",
         heads.join(" | "),
         boards.join(" | "),
-        ["---"; 10].join(" | ")
+        ["---"; 13].join(" | ")
     )
 }
 
@@ -85,6 +88,51 @@ fn stands(table: &str) {
     assert!(now == table, "bless with {bless}:\n{table}");
 }
 
+/// Places of the grid (mm), and what a word of the sensor may add to the way between two.
+const STEP_MM: f64 = 2e-3;
+const WORD_MM: f64 = 0.2e-3;
+
+/// A stroke that turns round on its way stays between the curves, and from place to place its force
+/// changes by no more than they do and the gap between them over `give`.
+fn partial_strokes_do_not_jump(name: &str, told: &Told) {
+    let [low, high] = [0, 1].map(|end| told.json["travel_mm"][end].as_f64().expect("a number"));
+    let give_mm = told.json["give_mm"].as_f64().expect("a number");
+    let last = ((high - low) / STEP_MM) as usize;
+    let forces = |way: &[usize]| {
+        let places: Vec<f64> = way.iter().map(|n| low + *n as f64 * STEP_MM).collect();
+        swept("switch.whip", &told.program, &places)
+    };
+    let there_and_back: Vec<usize> = (0..=last).chain((0..last).rev()).collect();
+    let whole = forces(&there_and_back);
+    let curves = |n: usize| (whole[n], whole[2 * last - n]);
+    let turns =
+        [0.0, 0.6, 0.55, 0.7, 0.3, 0.32, 0.5, 0.2].map(|part| (part * last as f64) as usize);
+    let mut way = vec![turns[0]];
+    for two in turns.windows(2) {
+        match two[0] < two[1] {
+            true => way.extend(two[0] + 1..=two[1]),
+            false => way.extend((two[1]..two[0]).rev()),
+        }
+    }
+    let partial = forces(&way);
+    for (step, two) in partial.windows(2).enumerate() {
+        let [(press, back), (next_press, next_back)] = [way[step], way[step + 1]].map(curves);
+        let gap = (press - back).abs().max((next_press - next_back).abs());
+        let curve = (next_press - press).abs().max((next_back - back).abs());
+        let most = curve + gap * (STEP_MM + WORD_MM) / give_mm + 0.05;
+        assert!(
+            (two[1] - two[0]).abs() < most,
+            "{name}, step {step}: {two:?}, {most}"
+        );
+        let (least, most) = (next_press.min(next_back), next_press.max(next_back));
+        let between = least - 0.05..=most + 0.05;
+        assert!(
+            between.contains(&two[1]),
+            "{name}, step {step}: {two:?}, {between:?}"
+        );
+    }
+}
+
 #[test]
 fn recorded_keyswitches_come_back() {
     let Some(folder) = whippen_need::recordings("keyswitches") else {
@@ -100,6 +148,7 @@ fn recorded_keyswitches_come_back() {
         let told = there_and_back(&text);
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         rows += &row(&name, &told);
+        partial_strokes_do_not_jump(&name, &told);
         if told.rms_gf > RMS_GF {
             far.push((name.clone(), told.rms_gf));
         }

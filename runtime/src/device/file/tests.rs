@@ -217,6 +217,39 @@ fn a_chain_is_told_stage_by_stage() {
 }
 
 #[test]
+fn a_supply_needs_a_winding_and_a_motor_and_drives_the_largest_current() {
+    let with = |volts: &str| {
+        let told = format!("inductance = \"1 mH\"\nsupply = \"{volts}\"\n");
+        CHAIN.replace("inductance = \"1 mH\"\n", &told)
+    };
+    let read = |text: &str| read(Path::new("test.toml"), text);
+    let supply = read(&with("24 V")).unwrap().drive().supply;
+    let (volts, amperes_a_newton, rated_a) = (24.0, 2.0 / 0.467, 0.5);
+    let found = supply.map(|s| (s.volts, s.amperes_per_force, s.rated_a, s.heat));
+    assert_eq!(found, Some((volts, amperes_a_newton, rated_a, None)));
+    assert_eq!(read(CHAIN).unwrap().drive().supply, None);
+    let without = |from: &str| {
+        let text = with("24 V");
+        let (before, rest) = text.split_once(from).expect(from);
+        before.to_string() + rest.split_once("\n\n").map_or("", |rest| rest.1)
+    };
+    let winding = "resistance = \"8 Ohm\"\ninductance = \"1 mH\"\n";
+    for (text, words) in [
+        (with("15 V"), "drives 1.875 A through"),
+        (with("0 V"), "must be a number above zero of `V`"),
+        (with("24 A"), "must be a number above zero of `V`"),
+        (
+            with("24 V").replace(winding, ""),
+            "needs `drive.resistance`",
+        ),
+        (without("[motor]"), "`[motor]`, which says"),
+    ] {
+        let why = read(&text).unwrap_err().to_string();
+        assert!(why.contains("drive.supply") && why.contains(words), "{why}");
+    }
+}
+
+#[test]
 fn deep_nesting_is_an_error_and_not_a_crash() {
     for text in [
         format!("{}a = 1", "a.".repeat(200_000)),

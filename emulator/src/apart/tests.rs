@@ -1,0 +1,270 @@
+//! Two cores that run apart do what they do by turns: random programs, cycle by cycle.
+//!
+//! An observed run never runs apart, so it is the judge.
+
+use super::*;
+use crate::boards::{BoardKind, ConverterSetup, build};
+use crate::bus::{Access, Bus, BusError, Device, Waits};
+use crate::lines::Start;
+use crate::observe::{Observer, Step};
+use crate::register::Register;
+use crate::stop::Stop;
+use whippen_isa::{Class, ItState, Op, RegSet, decode, is_wide};
+
+const PORT: u32 = 0x6000_0000;
+const SHARED: u32 = 0x2003_0000;
+/// By core: vectors, code, data and the end of the stack, each core in a group of banks of its own.
+const GROUPS: [u32; 2] = [0x2000_0000, 0x2004_0000];
+/// A bank of each core's own.
+const NEAR: [u32; 2] = [0x2008_0800, 0x2008_1000];
+const CODE: u32 = 0x400;
+const DATA: u32 = 0x8000;
+const STACK: u32 = 0x1_0000;
+
+struct Random(u64);
+
+impl Random {
+    fn word(&mut self) -> u32 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 32) as u32
+    }
+
+    fn below(&mut self, n: u32) -> u32 {
+        self.word() % n
+    }
+}
+
+/// Answers with the cycle; every now and then writes to memory and interrupts a core.
+struct Bell {
+    due: u64,
+    period: u64,
+    asked: Vec<(usize, u64)>,
+}
+
+impl Device for Bell {
+    fn read(&mut self, access: Access, _: &mut Bus) -> Result<u32, BusError> {
+        self.asked.push((access.core, access.cycle));
+        Ok(access.cycle as u32)
+    }
+
+    fn write(&mut self, access: Access, _: u32, bus: &mut Bus) -> Result<(), BusError> {
+        self.asked.push((access.core, access.cycle));
+        bus.lines.pulse(1 - access.core, 3);
+        Ok(())
+    }
+
+    fn due(&self) -> u64 {
+        self.due
+    }
+
+    fn attend(&mut self, cycle: u64, bus: &mut Bus) {
+        self.due += self.period;
+        let core = (cycle / self.period % 2) as usize;
+        let word = GROUPS[core] + DATA + 4 * (cycle % 32) as u32;
+        let _ = bus.write(word, 4, cycle as u32, cycle);
+        bus.lines.pulse(core, 3);
+    }
+}
+
+/// Nobody runs apart while it looks.
+struct Watcher;
+
+impl Observer for Watcher {
+    fn instruction(&mut self, _: &Step<'_>) {}
+}
+
+/// Whether a random instruction stays in line, away from memory and from R4 to R14.
+fn is_plain(hw1: u16, hw2: u16) -> bool {
+    let Ok(inst) = decode(hw1, hw2, whippen_isa::Arch::V8M, ItState::OUTSIDE) else {
+        return false;
+    };
+    let name = format!("{:?}", inst.class());
+    let away = ["Load", "Store", "Branch", "Preload", "Float"];
+    let odd = matches!(
+        inst.class(),
+        Class::Wait
+            | Class::Exception
+            | Class::Special
+            | Class::It
+            | Class::Coprocessor
+            | Class::Security
+    );
+    let kept = RegSet::core_list(0xfff0);
+    !odd && !away.iter().any(|part| name.contains(part))
+        && !inst.defs().intersects(kept)
+        && inst.op() != Op::ISB
+}
+
+/// One instruction or a few of a loop: on registers, or on the core's own data (R6).
+fn own(random: &mut Random, kinds: u32, code: &mut Vec<u16>) {
+    let (hw1, hw2) = (random.word() as u16, random.word() as u16);
+    let offset = hw1 & 0x07c0;
+    match random.below(kinds) {
+        0 => code.extend([0xd000 | (random.below(14) << 8) as u16, 0x3001]), // b<c>; adds r0, #1
+        1 => code.extend([0xbf08, 0x3001]),                                  // it eq; addeq r0, #1
+        6 => code.push(0x6031 | offset),                                     // str r1, [r6, ..]
+        7 => code.push(0x6830 | offset),                                     // ldr r0, [r6, ..]
+        8 => code.extend([0xe896, 0x0007]),                                  // ldm r6, {r0-r2}
+        9 => code.extend([0xe886, 0x0007]),                                  // stm r6, {r0-r2}
+        10 => code.extend([0xe9d6, 0x0100 | hw2 & 31]), // ldrd r0, r1, [r6, ..]
+        11 => code.extend([0xe9c6, 0x0100 | hw2 & 31]), // strd r0, r1, [r6, ..]
+        _ if is_plain(hw1, hw2) => {
+            code.push(hw1);
+            code.extend(is_wide(hw1).then_some(hw2));
+        }
+        _ => {}
+    }
+}
+
+/// What the other core can see, or what has to be exact.
+fn shared(random: &mut Random, code: &mut Vec<u16>) {
+    let offset = random.word() as u16 & 0x07c0;
+    match random.below(15) {
+        0 => code.push(0x6029 | offset),     // str r1, [r5, ..]: shared
+        1 | 2 => code.push(0x6828 | offset), // ldr r0, [r5, ..]
+        3 => code.push(0x6820),              // ldr r0, [r4]: the bell
+        4 => code.push(0x6020),              // str r0, [r4]
+        5 => code.extend([0xe855, 0x0f00, 0xe845, 0x0100]), // ldrex r0, [r5]; strex r1, r0, [r5]
+        6 => code.extend([0xf8d6, 0x0001]),  // ldr r0, [r6, #1]
+        7 => code.extend([0xf8a9, 0xa000]),  // strh r10, [r9]: its own code
+        8 => code.extend([0xf8ab, 0xc000]),  // strh r12, [r11]: the other's code
+        9 => code.extend([0xf8c8, 0x0000]),  // str r0, [r8]: the other's data
+        10 => code.extend([0xf8d8, 0x0004]), // ldr r0, [r8, #4]
+        11 | 12 => code.extend([0xe898, 0x0007]), // ldm r8, {r0-r2}
+        13 => code.extend([0xe885, 0x0007]), // stm r5, {r0-r2}
+        _ => code.extend([0xb672, 0xb662]),  // cpsid i; cpsie i
+    }
+}
+
+/// A nop that is overwritten, loops on own data, and between them something that is shared.
+fn program(random: &mut Random) -> Vec<u16> {
+    let mut code = vec![0xbf00];
+    let often = 1 + random.below(12);
+    for _ in 0..10 {
+        code.push(0x2700 | (1 + random.below(60)) as u16); // movs r7, ..
+        let start = code.len();
+        let wanted = start + 5 + random.below(70) as usize;
+        let kinds = [6, 12][random.below(2) as usize];
+        let rare = [20, 400, 400][random.below(3) as usize];
+        while code.len() < wanted {
+            own(random, kinds, &mut code);
+            if random.below(rare) == 0 {
+                shared(random, &mut code);
+            }
+        }
+        let back = start as i32 - (code.len() as i32 + 1) - 2;
+        code.extend([0x3f01, 0xd100 | back as u16 & 0xff]); // subs r7, #1; bne
+        if random.below(often) == 0 {
+            shared(random, &mut code);
+        }
+    }
+    code.push(0x4770); // bx lr: from the beginning
+    code
+}
+
+fn write(m: &mut Machine, address: u32, halfwords: &[u16]) {
+    let bytes: Vec<u8> = halfwords.iter().flat_map(|h| h.to_le_bytes()).collect();
+    m.bus.memory.write(address, &bytes).unwrap();
+}
+
+fn ready(kind: BoardKind, seed: u64) -> (Machine, crate::bus::DeviceId) {
+    let mut random = Random(seed);
+    let (mut m, _) = build(kind, kind.board(), ConverterSetup::default()).unwrap();
+    let period = 50 + u64::from(random.below(5000));
+    let bell = Bell {
+        due: period,
+        period,
+        asked: Vec::new(),
+    };
+    let id = m
+        .bus
+        .attach(PORT, 0x1000, Waits { read: 1, write: 2 }, Box::new(bell));
+    let equal = random.below(8) != 0;
+    m.bus.fabric.set_priorities(if equal { 0 } else { 1 << 4 });
+    let near = random.below(2) == 0;
+    for core in 0..2 {
+        let base = GROUPS[core];
+        // Interrupt 3 is exception 19: ldr r0, [r6]; adds r0, #1; str r0, [r6]; bx lr
+        write(&mut m, base + 0x300, &[0x6830, 0x3001, 0x6030, 0x4770]);
+        let handler = base + 0x301;
+        write(
+            &mut m,
+            base + 19 * 4,
+            &[handler as u16, (handler >> 16) as u16],
+        );
+        write(&mut m, base + CODE, &program(&mut random));
+        m.start(
+            core,
+            Start {
+                vector_table: base,
+                stack: base + STACK,
+                address: base + CODE + 1,
+            },
+        );
+        let cpu = m.cpu_mut(core);
+        cpu.system.nvic.enabled[0] |= 1 << 19;
+        let registers = [
+            (4, PORT),
+            (5, SHARED + 4 * random.below(8)),
+            (6, if near { NEAR[core] } else { base + DATA }),
+            (8, GROUPS[1 - core] + DATA),
+            (9, base + CODE),
+            (10, 0xbf00),
+            (11, GROUPS[1 - core] + CODE),
+            (12, [0xbf00, 0x3001][random.below(2) as usize]),
+            (14, base + CODE + 1),
+        ];
+        for (number, value) in registers {
+            cpu.set(Register::core(number), value);
+        }
+    }
+    (m, id)
+}
+
+/// Everything that can be seen of a machine.
+fn state(m: &Machine, id: crate::bus::DeviceId) -> impl PartialEq + std::fmt::Debug {
+    let registers = (0..2).map(|core| {
+        let all: Vec<u32> = Register::all().map(|r| m.cpu(core).get(r)).collect();
+        (m.cycle(core), m.cores[core].instructions, all)
+    });
+    let memory = |base: u32| {
+        let mut bytes = vec![0; 0x100];
+        m.bus.memory.read(base, &mut bytes).unwrap();
+        bytes
+    };
+    let asked = m.bus.device::<Bell>(id).unwrap().asked.clone();
+    let places = [GROUPS[0] + DATA, GROUPS[1] + DATA, NEAR[0], NEAR[1], SHARED];
+    let data = places.map(memory);
+    (registers.collect::<Vec<_>>(), data, asked)
+}
+
+#[test]
+fn random_programs_of_two_cores_agree_with_turns() {
+    let (mut stood, mut back, mut apart) = (0, 0, 0);
+    for seed in 1..=60 {
+        let ((mut fast, id), (mut judge, _)) = (
+            ready(BoardKind::Rp2350, seed),
+            ready(BoardKind::Rp2350, seed),
+        );
+        let mut random = Random(seed * 91);
+        let mut until = 0;
+        while until < 40_000 {
+            until += 1 + u64::from(random.below(8000));
+            let stops = (fast.run(until), judge.run_observed(until, &mut Watcher));
+            assert_eq!(stops, (Stop::Limit, Stop::Limit), "seed {seed}");
+            assert_eq!(state(&fast, id), state(&judge, id), "seed {seed}, {until}");
+        }
+        stood += fast.apart.stood;
+        back += fast.apart.back;
+        apart += fast.apart.cycles;
+        assert_eq!(judge.apart.stood, 0);
+    }
+    // All ways were gone: windows that stand, those that are taken back, and most of the time.
+    assert!(
+        stood > 1000 && back > 100,
+        "{stood} windows, {back} taken back"
+    );
+    assert!(apart > 60 * 40_000 / 8, "{apart} cycles apart");
+}
