@@ -42,7 +42,7 @@ impl InputKind {
     pub const MODULE: InputKind = InputKind::new("a module", 64 * MIB, 64 * MIB);
 
     /// All kinds.
-    pub const ALL: [InputKind; 8] = [
+    pub const ALL: [InputKind; 9] = [
         InputKind::PROGRAM,
         InputKind::DESCRIPTION,
         InputKind::PRESET,
