@@ -208,7 +208,8 @@ mod tests {
                 "gimbal: ",
                 "touch: x y z tilt",
                 "pad: across height push",
-                "mouse: across height"
+                "mouse: across height",
+                "voice_coil: "
             ]
         );
     }
