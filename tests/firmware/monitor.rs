@@ -216,11 +216,13 @@ fn what_the_line_changes_is_never_taken_for_an_answer() {
         client.link().rig.run(20);
         assert_eq!(client.identify(), Ok(facts.clone()));
     }
-    // Where bytes are changed either way an answer is right, or there is none.
+    // Where bytes are changed either way an answer is right, or there is none. At one byte in 800
+    // an answer of 1.2 kB comes whole in a fifth of its tries, so that neither count hangs on how
+    // many ticks the board plays while this machine waits.
     let (mut answered, mut lost) = (0, 0);
     client = Client::new(into_wire(client), Duration::from_millis(40));
-    client.link().changes = Some((2500, Rng::new(9)));
-    for _ in 0..30 {
+    client.link().changes = Some((800, Rng::new(9)));
+    for _ in 0..40 {
         match client.read(at, 300) {
             Ok(words) => {
                 assert!(words == expected[..300]);
