@@ -20,12 +20,10 @@ use whippen_compiler::pipeline::{CompileError, Compiled, Observer, cut, speciali
 use whippen_compiler::source::SourceMap;
 
 use crate::device::{Device, Port, Stands};
+use crate::struck;
 
 /// The part of the sensed range at either end where a constant word is no fault.
 const END: f64 = 0.1;
-/// The speed (m/s) that velocity 64 stands for: a hammer that is five times as fast as its key,
-/// whose 64 is 0.25 m/s ([`crate::stroke::press_speed`]).
-const MIDDLE_M_PER_S: f64 = 1.25;
 /// Speeds above this (m/s) have the greatest velocity.
 const FASTEST_M_PER_S: f64 = 8.0;
 
@@ -331,14 +329,42 @@ fn velocities(lsb: f64) -> Velocities {
     let speed_shift = (1..24)
         .find(|&shift| 128.0 * step(shift) >= FASTEST_M_PER_S)
         .unwrap_or(24);
-    let velocity = |index: usize| {
-        let speed = index as f64 * step(speed_shift);
-        let of_seven_bits = 64.0 + 30.0 * libm::log2(speed / MIDDLE_M_PER_S);
-        // Less than 128 would be the end of a note.
-        (128.0 * of_seven_bits).round().clamp(128.0, 16_383.0) as u16
-    };
+    let velocity = |index: usize| struck::velocity(index as f64 * step(speed_shift));
     Velocities {
         speed_shift,
         table: std::array::from_fn(velocity),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{struck, velocities};
+
+    /// Beside the formula by which files of notes are written; the greatest differences stand in
+    /// `docs/traces.md`.
+    #[test]
+    fn a_table_of_velocities_follows_the_formula() {
+        let lsb = 1.0 / 4096.0;
+        let made = velocities(lsb);
+        let greatest = |from: f64, to: f64| {
+            let speeds = (from / lsb) as u32..(to / lsb) as u32;
+            let difference = |speed: u32| {
+                let (index, part) = (
+                    (speed >> made.speed_shift) as usize,
+                    speed & ((1 << made.speed_shift) - 1),
+                );
+                let [low, high] = [index, index + 1].map(|at| f64::from(made.table[at]));
+                let between =
+                    low + (high - low) * f64::from(part) / f64::from(1 << made.speed_shift);
+                (between - f64::from(struck::velocity(f64::from(speed) * lsb))).abs()
+            };
+            speeds.map(difference).fold(0.0, f64::max)
+        };
+        let (fast, slow) = (greatest(1.0, 7.9), greatest(0.07, 1.0));
+        println!("{fast} from 1 m/s on, {slow} below");
+        assert!(
+            fast < 13.0 && (250.0..260.0).contains(&slow),
+            "{fast}, {slow}"
+        );
     }
 }

@@ -53,6 +53,7 @@ pub mod spectrogram;
 pub mod sticking;
 pub mod strands;
 pub mod stroke;
+pub mod struck;
 pub mod titles;
 pub mod trace;
 pub mod trajectory;

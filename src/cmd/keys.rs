@@ -121,6 +121,11 @@ pub fn run(setup: &Setup, args: &KeysArgs, path: &Path) -> Outcome {
         written.map_err(|e| Failure::Usage(e.to_string()))?;
         say!("events: {}", path.display());
     }
+    if let Some(path) = &outputs.midi_out {
+        let written = performance_report::write_notes(path, &keyboard, &logs, ticks);
+        written.map_err(|e| Failure::Usage(e.to_string()))?;
+        say!("notes: {}", path.display());
+    }
     let traced = wanted
         .map(|index| trace_key(setup, &keyboard, &score, index))
         .transpose()?;
@@ -274,9 +279,10 @@ fn trace_key(
     let model = model_of_keys(keyboard.model(index), &[index]);
     let (device, engine) = (setup.device, setup.engine);
     let compiled = load::compiled(setup.map, model, device, engine.board().is_none())?;
-    // The events are those of all keys, and the report has all sections.
+    // Events and notes are those of all keys, and the report has all sections.
     let outputs = Outputs {
         events: None,
+        midi_out: None,
         ..setup.outputs.clone()
     };
     let columns = session::recorded(&compiled, device, engine, &[]);

@@ -16,7 +16,9 @@ use whippen_runtime::keyboard::{
 };
 use whippen_runtime::midi::{self, Note};
 use whippen_runtime::stroke::{Stroke, strokes};
+use whippen_runtime::struck::velocity;
 
+use crate::cli::{Shell, bundled};
 use crate::report::browser;
 
 /// A keyboard of 88 keys, and what it plays.
@@ -571,4 +573,55 @@ fn every_recorded_performance_is_read_and_played() {
     }
     println!("{files} files, {played} notes played");
     assert!(files > 0 && played > files, "{files} files, {played} notes");
+}
+
+/// `--midi-out` of a run and of a performance, beside their tables of events.
+#[test]
+fn what_was_struck_is_a_midi_file() {
+    let shell = Shell::new();
+    std::fs::write(shell.path("in.mid"), file(&music())).expect("writable");
+    let grand = bundled("grand-piano.whip");
+    let written = "--events events.csv --midi-out notes.mid";
+    for (words, first_key) in [("", None), ("--midi in.mid --seconds 3", Some(40))] {
+        let args: Vec<&str> = ["run", grand.as_str()]
+            .into_iter()
+            .chain(words.split_whitespace())
+            .chain(written.split(' '))
+            .collect();
+        shell.ends(0, &args);
+        let table = std::fs::read_to_string(shell.path("events.csv")).expect("a table");
+        let titles: Vec<&str> = table.lines().next().expect("titles").split(',').collect();
+        let at = |title: &str| titles.iter().position(|t| *t == title).expect("a column");
+        let (time, event, speed) = (at("t_s"), at("event"), at("speed_m_per_s"));
+        let struck: Vec<(f64, f64)> = (table.lines().skip(1))
+            .map(|line| line.split(',').collect::<Vec<_>>())
+            .filter(|cells| cells[event] == "note")
+            .map(|cells| [time, speed].map(|at| cells[at].parse().expect("a number")))
+            .map(|[t_s, speed]| (t_s, speed))
+            .collect();
+        let notes = midi::load(&shell.path("notes.mid"))
+            .expect("a MIDI file")
+            .notes;
+        assert!(!struck.is_empty() && notes.len() == struck.len(), "{words}");
+        assert_eq!(notes[0].key, first_key.unwrap_or(60));
+        let mut times: Vec<f64> = notes.iter().map(|note| note.on_s).collect();
+        times.sort_by(f64::total_cmp);
+        for (one, (t_s, _)) in times.iter().zip(&struck) {
+            assert!((one - t_s).abs() < 1.0 / 44_100.0, "{one} and {t_s} s");
+        }
+        let [mut found, mut wanted] = [
+            notes.iter().map(|note| note.velocity).collect::<Vec<u8>>(),
+            (struck
+                .iter()
+                .map(|(_, speed)| (velocity(*speed) >> 7) as u8))
+            .collect(),
+        ];
+        found.sort_unstable();
+        wanted.sort_unstable();
+        assert_eq!(found, wanted, "{words}");
+    }
+    let spring = bundled("virtual-spring.whip");
+    let (_, refused) = shell.ends(2, &["run", spring.as_str(), "--midi-out", "none.mid"]);
+    assert!(refused.contains("emits no `note`"), "{refused}");
+    assert!(!shell.path("none.mid").exists());
 }

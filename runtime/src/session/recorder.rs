@@ -1,6 +1,6 @@
 //! The recorder: what a run leaves in tables, in a trace and in numbers, tick by tick.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use whippen_compiler::lower::{ExportKind, LoweredEventKind};
@@ -18,6 +18,7 @@ use crate::record::Record;
 use crate::sound::SoundFile;
 use crate::spectrogram::Spectrogram;
 use crate::sticking::FrictionTally;
+use crate::struck::Struck;
 use crate::trace::{Column, EventRow, EventTable, Form, Heading, TickTable, Trace};
 
 /// How much of a run is kept in memory.
@@ -45,6 +46,9 @@ impl Keep {
 /// So many events of a kind can be listed one by one without a file.
 pub const LISTED_MAX: usize = 20;
 
+/// The key (MIDI number, C4) of the notes of a run, which has one key.
+const KEY: u8 = 60;
+
 /// What is recorded of a run.
 pub struct Recording {
     /// The columns.
@@ -56,6 +60,7 @@ pub struct Recording {
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
     sound: Option<SoundFile>,
+    notes: Option<PathBuf>,
     stop: Option<&'static AtomicBool>,
     points: Vec<Point>,
     automation: Automation,
@@ -72,6 +77,7 @@ impl Recording {
             ticks: None,
             events: None,
             sound: None,
+            notes: None,
             stop: None,
             points: Vec::new(),
             automation: Automation::default(),
@@ -170,6 +176,15 @@ impl Recording {
         }
     }
 
+    /// The same with what is struck in a MIDI file.
+    #[must_use]
+    pub fn with_notes(self, path: &Path) -> Recording {
+        Recording {
+            notes: Some(path.to_path_buf()),
+            ..self
+        }
+    }
+
     /// The same with a table of events in a file.
     ///
     /// # Errors
@@ -262,6 +277,7 @@ pub(super) struct Recorder<'c> {
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
     sound: Option<SoundFile>,
+    notes: Option<(PathBuf, Struck)>,
     /// Columns that are channels of the sound, each with its spectrogram in the trace.
     heard: Vec<usize>,
     trace: Trace,
@@ -270,6 +286,8 @@ pub(super) struct Recorder<'c> {
     /// The event that is a strike.
     marked: &'c str,
     row: Vec<f64>,
+    /// When the last tick was (s).
+    end_s: f64,
 }
 
 impl<'c> Recorder<'c> {
@@ -311,12 +329,14 @@ impl<'c> Recorder<'c> {
             ticks: recording.ticks,
             events: recording.events,
             sound: recording.sound,
+            notes: recording.notes.map(|path| (path, Struck::default())),
             heard,
             trace,
             happenings: Happenings::default(),
             between,
             marked: marked(&compiled.model),
             row: Vec::new(),
+            end_s: 0.0,
         }
     }
 
@@ -341,6 +361,7 @@ impl<'c> Recorder<'c> {
         body: &[f64],
     ) -> Result<(), FileError> {
         let t_s = self.trace.time_s(tick);
+        self.end_s = t_s;
         self.between.after(engine, tick);
         if self.has_row(tick) {
             self.fill_row(engine, drive, body);
@@ -395,6 +416,10 @@ impl<'c> Recorder<'c> {
         self.happenings.strikes += usize::from(strike);
         if matches!(kind, LoweredEventKind::Emission(_)) {
             self.happenings.add_emission(&row);
+            if let Some((_, struck)) = &mut self.notes {
+                let args: Vec<f64> = row.args.iter().map(|(_, value)| *value).collect();
+                struck.event(t_s, KEY, &row.event, &args);
+            }
         }
         let strikes = self.happenings.strikes;
         let others = self.happenings.events - strikes;
@@ -418,6 +443,9 @@ impl<'c> Recorder<'c> {
         if let Some(mut sound) = self.sound {
             sound.end(engine)?;
             self.happenings.clipped_samples = sound.finish()?;
+        }
+        if let Some((path, struck)) = self.notes {
+            struck.write(&path, self.end_s)?;
         }
         if let Some((path, table)) = self.ticks {
             let file = table.into_inner();

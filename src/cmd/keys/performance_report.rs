@@ -13,6 +13,7 @@ use whippen_runtime::midi::Performance;
 use whippen_runtime::report::{Cell, Row, Section, Table, id};
 use whippen_runtime::session::{argument_title, argument_titles};
 use whippen_runtime::stroke::press_speed;
+use whippen_runtime::struck::Struck;
 use whippen_runtime::trace::{Argument, EventRow, EventTable, Form};
 
 use super::{LATER_S, PlayedKeyboard, Score, Setup};
@@ -187,6 +188,25 @@ pub fn write_events(
         }
         table.into_inner().map(drop)
     })
+}
+
+/// Writes what was struck, as a MIDI file.
+pub fn write_notes(
+    path: &Path,
+    keyboard: &PlayedKeyboard,
+    logs: &[KeyLog],
+    ticks: usize,
+) -> Result<(), FileError> {
+    let time_s = |tick: usize| tick as f64 / f64::from(keyboard.rate_hz());
+    let mut struck = Struck::default();
+    for (tick, log, event) in by_time(logs) {
+        let model = keyboard.model(log.index);
+        let (_, emission, args) = &log.events[event];
+        let name = &model.emissions[EmissionId(*emission as u32)].name;
+        let note = keyboard.layout.note_of(log.index as u32);
+        struck.event(time_s(tick), note, name, args);
+    }
+    struck.write(path, time_s(ticks))
 }
 
 /// The columns of the table: the arguments of all emissions of all keys.

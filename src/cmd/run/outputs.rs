@@ -10,6 +10,7 @@ use whippen_runtime::plot;
 use whippen_runtime::points::Point;
 use whippen_runtime::session::{self, Keep, Recorded, Recording, Run};
 use whippen_runtime::sound::SoundFile;
+use whippen_runtime::struck::Struck;
 use whippen_runtime::trace::Form;
 
 use super::super::file_plan::FilePlan;
@@ -44,6 +45,10 @@ pub struct Outputs {
     /// Events: emitted ones, named ones and transitions
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
     pub events: Option<PathBuf>,
+    /// What was struck, as a MIDI file with velocities of 14 bits (control change 88), as firmware
+    /// sends it; a run of one key plays C4
+    #[arg(long, value_name = "FILE.mid", value_hint = ValueHint::FilePath)]
+    pub midi_out: Option<PathBuf>,
     /// Picture: forces against time and travel, hammer and states against time
     #[arg(long, value_name = "FILE.svg|FILE.png", value_hint = ValueHint::FilePath)]
     pub plot: Vec<PathBuf>,
@@ -63,6 +68,7 @@ impl Outputs {
     pub fn plan(&self, plan: FilePlan) -> FilePlan {
         plan.writes("--out", &self.out, &["csv", "wav"])
             .writes("--events", &self.events, &["csv"])
+            .writes("--midi-out", &self.midi_out, &["mid", "midi"])
             .writes("--plot", &self.plot, &["svg", "png"])
             .writes("--report", &self.report, &["html"])
     }
@@ -129,6 +135,10 @@ impl Outputs {
             let file = OutputFile::create(path).map_err(usage)?;
             recording = recording.with_ticks(file, self.form()).map_err(usage)?;
         }
+        if let Some(path) = &self.midi_out {
+            check_notes(compiled)?;
+            recording = recording.with_notes(path);
+        }
         if let Some(path) = &self.events {
             let file = OutputFile::create(path).map_err(usage)?;
             let with_events = recording.with_events(file, compiled, kind, self.form());
@@ -165,6 +175,7 @@ impl Outputs {
             ("trace", self.trace()?),
             ("sound", self.sound()?),
             ("events", events),
+            ("notes", self.midi_out.as_deref()),
         ];
         let tables = tables
             .into_iter()
@@ -179,5 +190,16 @@ impl Outputs {
             say!("{what}: {}", path.display());
         }
         Ok(())
+    }
+}
+
+/// That an instrument strikes notes.
+pub fn check_notes(compiled: &Compiled) -> Outcome {
+    match Struck::of_instrument(compiled) {
+        true => Ok(()),
+        false => Err(Failure::Usage(format!(
+            "--midi-out: `{}` emits no `note` with a speed, so there is nothing to write",
+            compiled.model.name
+        ))),
     }
 }
