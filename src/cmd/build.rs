@@ -14,6 +14,7 @@ use super::file_plan::FilePlan;
 use super::setup::SetupArgs;
 use crate::exit::Outcome;
 use files::Output;
+pub use files::files_of_chips;
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -51,12 +52,18 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Outcome {
     let opened = args.setup.open()?;
+    let chips = args.setup.chips()?;
+    let of_chips = |path: &Option<PathBuf>| {
+        let path = path.iter();
+        path.flat_map(|path| files_of_chips(path, chips))
+            .collect::<Vec<_>>()
+    };
     FilePlan::default()
         .reads(opened.paths())
         .reads(&args.setup.files())
-        .writes("--output", &args.output.files(), &[])
-        .writes("--map", &args.map, &["map", "txt"])
-        .writes("--listing", &args.listing, &["lst", "txt"])
+        .writes("--output", &args.output.files(chips), &[])
+        .writes("--map", &of_chips(&args.map), &["map", "txt"])
+        .writes("--listing", &of_chips(&args.listing), &["lst", "txt"])
         .check()?;
     let setup = if args.output.is_image() && !args.self_test {
         args.setup.all_programs(&opened)?

@@ -194,9 +194,19 @@ impl<'a> Board<'a> {
         let uart: &mut Uart = self.machine.bus.device_mut(port).expect("the port");
         if uart.input.is_empty() {
             let [number, value] = [self.asked % 19, self.asked / 19 % 2];
-            uart.receive(&[0xb0, 102 + number as u8, 127 * value as u8], now);
+            let turned = [0xb0, 102 + number as u8, 127 * value as u8];
+            uart.receive(&turned, now);
+            if self.image.whole.passes_midi {
+                uart.receive(&[0xb0, 88, number as u8, 0x90, 60, 1], now);
+            }
             self.machine.bus.reschedule(port);
         }
+    }
+
+    /// Bytes that it has sent over MIDI.
+    pub fn passed(&self) -> usize {
+        let uart = self.machine.bus.device::<Uart>(self.ports.uarts[0]);
+        uart.map_or(0, |uart| uart.output.len())
     }
 
     /// The next request, once the one before is answered: captures of both cores that never end,
