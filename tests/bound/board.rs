@@ -92,7 +92,7 @@ pub struct Board<'a> {
     asked: u32,
     /// Requests to the monitor that were answered.
     pub answered: u32,
-    /// Looks for the answer to the last one.
+    /// Looks so far, or for the answer to the last one.
     looks: u32,
 }
 
@@ -149,7 +149,11 @@ impl<'a> Board<'a> {
                 // It sets live values too, and has no turn while the mailbox has one.
                 self.ask_the_monitor(alone);
             } else {
-                self.set_a_live_value();
+                // MIDI has no turn while the mailbox has one.
+                self.looks += 1;
+                if !self.image.whole.passes_midi || self.looks.is_multiple_of(16) {
+                    self.set_a_live_value();
+                }
                 self.turn_a_controller();
             }
             let now = (0..self.machine.cores())
