@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::ValueHint;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
 use whippen_compiler::model::Model;
@@ -22,7 +23,7 @@ use whippen_runtime::engine::EngineKind;
 use whippen_runtime::fit::data::{FitData, Fittable, share_spreads};
 use whippen_runtime::fit::description;
 use whippen_runtime::fit::residuals::{self, ResidualPart};
-use whippen_runtime::fit::solve::{self, Loss, NoStart, Search};
+use whippen_runtime::fit::solve::{self, Local, Loss, NoStart, Search};
 use whippen_runtime::fit::strokes::{self, StrokePair};
 use whippen_runtime::session;
 
@@ -90,6 +91,10 @@ pub struct Args {
     /// Which random numbers the generations use
     #[arg(long, value_name = "S", default_value_t = 0, requires = "global")]
     seed: u64,
+    /// How it goes downhill, within the bounds
+    #[arg(long, value_name = "METHOD", default_value = "trust-region",
+          value_parser = PossibleValuesParser::new(Local::ALL.map(|(name, _)| name)).map(local))]
+    method: Local,
     /// What runs it: ideal (f64), jit (compiled, fixed point) or interp (the reference)
     #[arg(long, default_value = "ideal")]
     engine: EngineKind,
@@ -126,6 +131,11 @@ fn renamed(text: &str) -> Result<(String, String), String> {
         .split_once('=')
         .ok_or("wanted is TITLE=TITLE, such as f_n=force_n")?;
     Ok((from.trim().to_string(), to.trim().to_string()))
+}
+
+fn local(name: String) -> Local {
+    let found = Local::ALL.into_iter().find(|(known, _)| *known == name);
+    found.map_or(Local::default(), |(_, local)| local)
 }
 
 /// A loss and where it begins to be one.
@@ -321,6 +331,7 @@ impl Fit<'_> {
         static STOPPED: AtomicBool = AtomicBool::new(false);
         interrupt::take_first(|| STOPPED.store(true, Ordering::Relaxed));
         let search = Search {
+            local: self.args.method,
             loss: self.args.loss.0,
             loss_scale: self.args.loss.1,
             generations: self.args.global,

@@ -8,10 +8,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use basin::{
-    BoundedCmaEs, BoxBounds, CauchyLoss, ConstraintDescription, ConstraintSet,
-    ConstraintSolveError, Constraints, CostFunction, DenseMatrix, Executor, HuberLoss, Jacobian,
-    LossFunction, PopulationProgress, Residual, RobustLeastSquares, SoftL1Loss, SquaredLoss,
-    Termination, TrustRegionReflective,
+    BoundedCmaEs, BoundedLevenbergMarquardt, BoxBounds, CauchyLoss, ConstraintDescription,
+    ConstraintSet, ConstraintSolveError, Constraints, CostFunction, DenseMatrix, Executor,
+    HuberLoss, Jacobian, LossFunction, PopulationProgress, Residual, RobustLeastSquares,
+    SoftL1Loss, SquaredLoss, Termination, TrustRegionReflective,
 };
 use whippen_compiler::parallel;
 
@@ -71,9 +71,29 @@ impl Loss {
     }
 }
 
+/// How a search goes downhill; both keep within the bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Local {
+    /// The trust-region reflective method (Branch, Coleman and Li 1999).
+    #[default]
+    TrustRegion,
+    /// Levenberg-Marquardt with the same scaling by the distance to the bounds.
+    LevenbergMarquardt,
+}
+
+impl Local {
+    /// By name.
+    pub const ALL: [(&'static str, Local); 2] = [
+        ("trust-region", Local::TrustRegion),
+        ("levenberg-marquardt", Local::LevenbergMarquardt),
+    ];
+}
+
 /// How to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
+    /// How it goes downhill in the end.
+    pub local: Local,
     /// What residuals cost.
     pub loss: Loss,
     /// Where a robust loss begins to be one, in units of the residuals.
@@ -212,18 +232,31 @@ impl Problem<'_> {
 
     /// From the best point downhill.
     fn local(&self) -> End {
-        let solver = TrustRegionReflective::new()
-            .with_relative_cost_change_tolerance(COST_CHANGE)
-            .with_relative_step_tolerance(STEP_CHANGE);
         let robust = RobustLeastSquares::new(self, self.search.loss.function())
             .with_scale(self.search.loss_scale);
-        let executor = Executor::from_start(robust, solver, self.best().at);
-        match executor.max_iter(STEPS_MAX).run() {
-            Err(_) => End::Interrupted,
-            Ok(result) => match result.report.termination {
-                Termination::Converged(_) => End::Converged,
-                _ => End::Stalled,
-            },
+        let start = self.best().at;
+        let termination = match self.search.local {
+            Local::TrustRegion => {
+                let solver = TrustRegionReflective::new()
+                    .with_relative_cost_change_tolerance(COST_CHANGE)
+                    .with_relative_step_tolerance(STEP_CHANGE);
+                let executor = Executor::from_start(robust, solver, start);
+                let ended = executor.max_iter(STEPS_MAX).run();
+                ended.map(|result| result.report.termination).ok()
+            }
+            Local::LevenbergMarquardt => {
+                let solver = BoundedLevenbergMarquardt::new()
+                    .with_relative_cost_change_tolerance(COST_CHANGE)
+                    .with_relative_step_tolerance(STEP_CHANGE);
+                let executor = Executor::from_start(robust, solver, start);
+                let ended = executor.max_iter(STEPS_MAX).run();
+                ended.map(|result| result.report.termination).ok()
+            }
+        };
+        match termination {
+            None => End::Interrupted,
+            Some(Termination::Converged(_)) => End::Converged,
+            Some(_) => End::Stalled,
         }
     }
 

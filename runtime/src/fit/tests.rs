@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::solve::{End, Loss, Search, solve};
+use super::solve::{End, Local, Loss, Search, solve};
 use super::statistics::Evidence;
 
 const SCIPY: &str = include_str!("tests/scipy.txt");
@@ -74,6 +74,7 @@ impl Task {
 
 fn search(loss: &str) -> Search {
     Search {
+        local: Local::TrustRegion,
         loss: match loss {
             "soft_l1" => Loss::SoftL1,
             "huber" => Loss::Huber,
@@ -88,6 +89,17 @@ fn search(loss: &str) -> Search {
 
 #[test]
 fn scipy_finds_the_same() {
+    finds_what_scipy_finds(Local::TrustRegion, 1e-6, 2e-5);
+}
+
+#[test]
+fn scipy_finds_what_levenberg_and_marquardt_do() {
+    finds_what_scipy_finds(Local::LevenbergMarquardt, 1e-6, 2e-5);
+}
+
+/// All problems of `scipy.txt`: costs within a part of them, places within a part of the way
+/// between the bounds.
+fn finds_what_scipy_finds(local: Local, cost_part: f64, place: f64) {
     let mut problems = 0;
     for line in SCIPY.lines().filter(|line| !line.starts_with('#')) {
         let words: Vec<&str> = line.split(' ').collect();
@@ -99,19 +111,28 @@ fn scipy_finds_the_same() {
         let task = Task::named(words[0]);
         let search = Search {
             generations: if words[0] == "sine" { 60 } else { 0 },
+            local,
             ..search(words[1])
         };
         let residuals = |at: &[f64]| task.residuals(at);
         let never = AtomicBool::new(false);
         let found = solve(&[0.5; 3], &residuals, &search, &never, &|_, _| {}).expect("a start");
-        assert_eq!(found.end, End::Converged, "{line}");
+        // Levenberg-Marquardt comes to a bound by ever shorter steps and does not say that it is
+        // there.
+        let is_slow = local == Local::LevenbergMarquardt && words[0] == "bound";
+        let end = if is_slow {
+            End::Stalled
+        } else {
+            End::Converged
+        };
+        assert_eq!(found.end, end, "{line}");
         assert!(
-            (found.cost / cost - 1.0).abs() < 1e-6,
+            (found.cost / cost - 1.0).abs() < cost_part,
             "{line}: {}",
             found.cost
         );
         for (own, theirs) in found.at.iter().zip(at) {
-            assert!((own - theirs).abs() < 2e-5, "{line}: {:?}", found.at);
+            assert!((own - theirs).abs() < place, "{line}: {:?}", found.at);
         }
         let rows = 0..ROWS;
         let evidence = Evidence {
