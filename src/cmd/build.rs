@@ -11,8 +11,9 @@ use clap::ValueHint;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 
 use super::file_plan::FilePlan;
+use super::option;
 use super::setup::SetupArgs;
-use crate::exit::Outcome;
+use crate::exit::{Failure, Outcome};
 use files::Output;
 pub use files::files_of_chips;
 
@@ -39,6 +40,9 @@ pub struct Args {
     /// ticks of the instrument's key, and tells them beside what is expected
     #[arg(long, conflicts_with = "unproven")]
     self_test: bool,
+    /// The clock of the chip that a .o is for, such as 170MHz, where it is not the board's
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::clock)]
+    clock: Option<u32>,
     /// Also write the firmware's texts for the board into this folder, a start for --firmware
     #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath, conflicts_with_all = ["firmware", "self_test"])]
     firmware_texts: Option<PathBuf>,
@@ -65,10 +69,21 @@ pub fn run(args: &Args) -> Outcome {
         .writes("--map", &of_chips(&args.map), &["map", "txt"])
         .writes("--listing", &of_chips(&args.listing), &["lst", "txt"])
         .check()?;
-    let setup = if args.output.is_image() && !args.self_test {
+    let mut setup = if args.output.is_image() && !args.self_test {
         args.setup.all_programs(&opened)?
     } else {
         args.setup.one_program(&opened)?
     };
+    match args.clock {
+        Some(clock_hz) if args.output.is_object() && !args.self_test => {
+            setup.board.clock_hz = clock_hz;
+        }
+        Some(_) => {
+            let why = "--clock is for a .o: an image's firmware sets its clock, and of C nothing is \
+                       proven";
+            return Err(Failure::Usage(why.to_string()));
+        }
+        None => {}
+    }
     files::write(&setup, args)
 }

@@ -82,6 +82,11 @@ impl Output {
         matches!(self.kind, Kind::Elf | Kind::Uf2)
     }
 
+    /// Whether it is a relocatable file.
+    pub fn is_object(&self) -> bool {
+        self.kind == Kind::Object
+    }
+
     /// The family of the bootloader that takes it, of a .uf2.
     pub(super) fn family(&self, board: &Board) -> Result<Option<u32>, Failure> {
         match (self.kind, board.uf2_family) {
