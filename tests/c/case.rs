@@ -6,6 +6,8 @@ use whippen_compiler::c99::{Layout, Names, Options, source};
 use whippen_compiler::kernel::random::{self, Draw, Rng};
 use whippen_compiler::kernel::{Happened, Interp, Kernel, Type, verify};
 
+use crate::words::Words;
+
 /// A kernel and what it is fed.
 pub struct Case {
     kernel: Kernel,
@@ -64,6 +66,27 @@ impl Case {
                 layout,
                 events: 64,
             },
+            ticks,
+        }
+    }
+
+    /// One key under words and live values at random.
+    pub fn noise(kernel: Kernel, layout: Layout, ticks: usize) -> Case {
+        let mut random = Words::new(&kernel);
+        let mut turn = |_| {
+            let (live, words) = random.turn(&kernel);
+            let words = words.to_vec();
+            Tick { live, words }
+        };
+        let ticks = (0..ticks).map(&mut turn).collect();
+        let options = Options {
+            keys: 1,
+            layout,
+            events: 64,
+        };
+        Case {
+            kernel,
+            options,
             ticks,
         }
     }

@@ -4,6 +4,7 @@
 //! ```text
 //! cargo test --test c                             every instrument, on everything recorded; 10 000 random kernels here, and in QEMU
 //! WHIPPEN_KERNELS=100000 cargo test --test c      so many
+//! WHIPPEN_TICKS=2646000 cargo test --test c minute    a minute of noise for what has strings
 //! ```
 
 mod case;
@@ -14,6 +15,9 @@ mod toolchain;
 #[path = "../it/common.rs"]
 #[expect(dead_code, reason = "other tests want more of it")]
 mod common;
+
+#[path = "../it/minute/words.rs"]
+mod words;
 
 use whippen_compiler::c99::{Layout, Options, source};
 use whippen_compiler::kernel::random::{self, Rng};
@@ -182,6 +186,28 @@ fn instruments_by_clang() {
 #[test]
 fn instruments_on_a_cortex_m33() {
     instruments(cortex_m33, &["-O2"]);
+}
+
+/// What has strings, frictions and delay lines under words and live values at random.
+fn minute(mode: &[&str]) {
+    if let Some(compiler) = gcc(mode) {
+        for file in ["bowed-violin.whip", "rubbed-bank.whip", "keytar.whip"] {
+            let kernel = common::instruments(file, &[]).remove(0).lowered.kernel;
+            let case = Case::noise(without_probes(&kernel), LAYOUTS[0], words::ticks());
+            agree(&compiler, &[case]);
+            println!("{compiler}: {file}, {} ticks", words::ticks());
+        }
+    }
+}
+
+#[test]
+fn minute_by_gcc() {
+    minute(OPTIMIZED);
+}
+
+#[test]
+fn minute_checked_by_gcc() {
+    minute(CHECKED);
 }
 
 /// Each instrument of a key on each motion of one.

@@ -2,39 +2,19 @@
 //! bit, the interpreter never leaves a proven range, and real numbers stay numbers.
 //!
 //! A moment belongs to the tests; a full minute is
-//! `WHIPPEN_TICKS=2646000 cargo test --test it minute::`.
+//! `WHIPPEN_TICKS=2646000 cargo test --test it minute::`, and with `--test c minute` or
+//! `--test thumb minute` that of the C text or of the machine code.
+
+mod words;
 
 use whippen_compiler::ideal::Ideal;
 use whippen_compiler::jit::{JitCode, Options};
 use whippen_compiler::kernel::Interp;
-use whippen_compiler::kernel::random::{Draw, Rng};
 use whippen_compiler::pipeline::Compiled;
 use whippen_runtime::device::Device;
 
 use crate::common;
-
-/// Ticks of each instrument, where nobody asks for more.
-const TICKS: usize = 3000;
-
-/// Ticks from one set of live values to the next.
-const LIVE_TICKS: usize = 4000;
-
-fn ticks() -> usize {
-    let asked = std::env::var("WHIPPEN_TICKS");
-    asked.ok().and_then(|n| n.parse().ok()).unwrap_or(TICKS)
-}
-
-/// The words of a tick: noise, jumps between the ends, and rest.
-fn next_words(random: &mut Rng, tick: usize, words: &mut [u16]) {
-    for (port, word) in words.iter_mut().enumerate() {
-        match (tick / 300 + port) % 4 {
-            0 => *word = random.next() as u16,
-            1 => *word = [0, 65_535][tick % 2],
-            2 if tick.is_multiple_of(300) => *word = random.next() as u16,
-            _ => {}
-        }
-    }
-}
+use words::{Words, ticks};
 
 /// Plays it on the engines of this machine.
 fn play(file: &str) {
@@ -44,27 +24,23 @@ fn play(file: &str) {
     let mut ideal = Ideal::new(&compiled.model, &scales, 1);
     let mut interp = Interp::checked(kernel, 1).expect("verifies");
     let mut jit = JitCode::build(kernel, 1, Options { probes: true }).expect("compiles");
-    let mut random = Rng::new(29);
-    let mut words = vec![0_u16; kernel.inputs.len()];
+    let mut random = Words::new(kernel);
     let [mut own, mut others] = [(); 2].map(|()| vec![0_i16; kernel.outputs.len()]);
     let ports = compiled.model.drives();
     for tick in 0..ticks() {
-        if tick.is_multiple_of(LIVE_TICKS) {
-            for (live, about) in lives.iter().enumerate() {
-                let word = random.interesting(about.range) as i32;
-                interp.set_live(live, word).expect("is live");
-                jit.set_live(live, word).expect("is live");
-                ideal.set_live(live, f64::from(word) * about.lsb);
-            }
+        let (set, words) = random.turn(kernel);
+        if let Some((live, word)) = set {
+            interp.set_live(live, word).expect("is live");
+            jit.set_live(live, word).expect("is live");
+            ideal.set_live(live, f64::from(word) * lives[live].lsb);
         }
-        next_words(&mut random, tick, &mut words);
         if tick == 0 {
-            interp.init(&words);
-            jit.init(&words);
+            interp.init(words);
+            jit.init(words);
         }
-        interp.tick(&words, &mut own);
-        jit.tick(&words, &mut others);
-        ideal.tick(&words);
+        interp.tick(words, &mut own);
+        jit.tick(words, &mut others);
+        ideal.tick(words);
         assert_eq!(own, others, "{file}: drive words of tick {tick}");
         assert_eq!(interp.probes(), jit.probes(), "{file}: tick {tick}");
         assert_eq!(

@@ -1,10 +1,16 @@
 //! Generated code on the emulator against the interpreter: every drive word, event, probe and cell,
 //! bit for bit.
 
+#[path = "../it/common.rs"]
+#[expect(dead_code, reason = "other tests want more of it")]
+mod common;
 mod flags;
 mod frame;
 mod instruments;
 mod listing;
+mod minute;
 mod random;
 mod string;
 mod target;
+#[path = "../it/minute/words.rs"]
+mod words;

@@ -160,6 +160,11 @@ impl Target {
         self.call("k_init");
     }
 
+    pub fn set_live(&mut self, live: usize, value: i32) {
+        let at = self.layout.live_param(live).expect("is live");
+        self.write(at, &value.to_le_bytes());
+    }
+
     pub fn tick(&mut self, inputs: &[u16]) -> Vec<i16> {
         self.feed(inputs);
         self.call("k_tick");
