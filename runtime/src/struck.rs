@@ -5,8 +5,8 @@
 //!   `release` (speed) --> [control change 88: low seven bits] note off; 64 without a speed
 //! ```
 //!
-//! A file has one track of 22050 ticks a beat at 120 beats a minute, so a tick of MIDI is 1/44100 s.
-//! Keys that are still down at the end are let go there.
+//! A file has one track of 22050 ticks a beat at 120 beats a minute, so a tick of MIDI is
+//! 1/44100 s. Keys that are still down at the end are let go there.
 //!
 //! Not here: MIDI files that are played (`midi`), what firmware sends (`compiler/firmware`).
 
@@ -44,13 +44,13 @@ pub fn velocity(speed_m_per_s: f64) -> u16 {
 
 /// Notes that were struck and let go, in the order of their times.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Struck {
+pub struct StruckNotes {
     /// Tick of MIDI, key, velocity of 14 bits; of a note off if it is not on.
     sent: Vec<(u64, u7, u16, bool)>,
     down: BTreeSet<u7>,
 }
 
-impl Struck {
+impl StruckNotes {
     /// Whether an instrument strikes notes at all.
     pub fn of_instrument(compiled: &Compiled) -> bool {
         let mut events = compiled.lowered.kernel.events.iter();
@@ -155,11 +155,11 @@ fn of_channel(message: MidiMessage) -> TrackEventKind<'static> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Struck, velocity};
+    use super::{StruckNotes, velocity};
     use crate::midi::read;
     use midly::{MidiMessage, Smf, TrackEventKind};
 
-    fn written(struck: Struck, end_s: f64) -> Vec<u8> {
+    fn written(struck: StruckNotes, end_s: f64) -> Vec<u8> {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("played.mid");
         struck.write(&path, end_s).expect("writable");
@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn a_file_has_what_was_struck() {
-        let mut struck = Struck::default();
+        let mut struck = StruckNotes::default();
         struck.event(0.5, 60, "note", &[2.0]);
         struck.event(0.75, 60, "bump", &[1.0]);
         struck.event(1.0, 60, "release", &[]);
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn a_pause_of_hours_is_kept() {
-        let mut struck = Struck::default();
+        let mut struck = StruckNotes::default();
         struck.event(20_000.0, 60, "note", &[2.0]);
         let performance = read(&written(struck, 20_001.0)).expect("a MIDI file");
         assert_eq!(

@@ -18,7 +18,7 @@ use crate::record::Record;
 use crate::sound::SoundFile;
 use crate::spectrogram::Spectrogram;
 use crate::sticking::FrictionTally;
-use crate::struck::Struck;
+use crate::struck::StruckNotes;
 use crate::trace::{Column, EventRow, EventTable, Form, Heading, TickTable, Trace};
 
 /// How much of a run is kept in memory.
@@ -277,7 +277,7 @@ pub(super) struct Recorder<'c> {
     ticks: Option<(PathBuf, TickTable<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
     sound: Option<SoundFile>,
-    notes: Option<(PathBuf, Struck)>,
+    notes: Option<(PathBuf, StruckNotes)>,
     /// Columns that are channels of the sound, each with its spectrogram in the trace.
     heard: Vec<usize>,
     trace: Trace,
@@ -329,7 +329,7 @@ impl<'c> Recorder<'c> {
             ticks: recording.ticks,
             events: recording.events,
             sound: recording.sound,
-            notes: recording.notes.map(|path| (path, Struck::default())),
+            notes: recording.notes.map(|path| (path, StruckNotes::default())),
             heard,
             trace,
             happenings: Happenings::default(),

@@ -13,7 +13,7 @@ use whippen_runtime::midi::Performance;
 use whippen_runtime::report::{Cell, Row, Section, Table, id};
 use whippen_runtime::session::{argument_title, argument_titles};
 use whippen_runtime::stroke::press_speed;
-use whippen_runtime::struck::Struck;
+use whippen_runtime::struck::StruckNotes;
 use whippen_runtime::trace::{Argument, EventRow, EventTable, Form};
 
 use super::{LATER_S, PlayedKeyboard, Score, Setup};
@@ -198,7 +198,7 @@ pub fn write_notes(
     ticks: usize,
 ) -> Result<(), FileError> {
     let time_s = |tick: usize| tick as f64 / f64::from(keyboard.rate_hz());
-    let mut struck = Struck::default();
+    let mut struck = StruckNotes::default();
     for (tick, log, event) in by_time(logs) {
         let model = keyboard.model(log.index);
         let (_, emission, args) = &log.events[event];

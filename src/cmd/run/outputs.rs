@@ -10,7 +10,7 @@ use whippen_runtime::plot;
 use whippen_runtime::points::Point;
 use whippen_runtime::session::{self, Keep, Recorded, Recording, Run};
 use whippen_runtime::sound::SoundFile;
-use whippen_runtime::struck::Struck;
+use whippen_runtime::struck::StruckNotes;
 use whippen_runtime::trace::Form;
 
 use super::super::file_plan::FilePlan;
@@ -195,7 +195,7 @@ impl Outputs {
 
 /// That an instrument strikes notes.
 pub fn check_notes(compiled: &Compiled) -> Outcome {
-    match Struck::of_instrument(compiled) {
+    match StruckNotes::of_instrument(compiled) {
         true => Ok(()),
         false => Err(Failure::Usage(format!(
             "--midi-out: `{}` emits no `note` with a speed, so there is nothing to write",
