@@ -53,6 +53,8 @@ pub mod spectrogram;
 pub mod sticking;
 pub mod strands;
 pub mod stroke;
+#[cfg(not(target_family = "wasm"))]
+pub mod studio;
 pub mod titles;
 pub mod trace;
 pub mod trajectory;
