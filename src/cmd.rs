@@ -41,14 +41,23 @@ mod run;
 mod settings;
 pub mod setup;
 mod strings;
+#[cfg(not(target_family = "wasm"))]
+mod studio;
 mod sweep;
 mod tour;
 mod tune;
+#[cfg(target_family = "wasm")]
+mod unseen;
+#[cfg(target_family = "wasm")]
+mod unwatched;
+#[cfg(not(target_family = "wasm"))]
 mod watch;
 
 use clap::{Parser, Subcommand};
 
 use crate::exit::Outcome;
+#[cfg(target_family = "wasm")]
+use unwatched as watch;
 
 /// Touch profiles for force-feedback instruments: written as states, events and force terms, run in
 /// fixed point.
@@ -78,6 +87,9 @@ enum Command {
     Measure(Box<measure::Args>),
     /// Make a page that plays: one file for any browser
     Page(page::Args),
+    /// Make a page to write in: an editor with this compiler inside, one file for any browser
+    #[cfg(not(target_family = "wasm"))]
+    Studio(studio::Args),
     /// Measure numbers over a grid of parameters, or over Sobol points
     Sweep(Box<sweep::Args>),
     /// Find values of parameters that fit recordings, and say how well they are known
@@ -118,6 +130,8 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Measure(args)) => measure::run(&args),
         Some(Command::Page(args)) => page::run(&args),
+        #[cfg(not(target_family = "wasm"))]
+        Some(Command::Studio(args)) => studio::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Import(args)) => import::run(&args),

@@ -7,8 +7,10 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+#[cfg(not(target_family = "wasm"))]
 use whippen_runtime::files::abandon_unfinished;
 
+#[cfg(not(target_family = "wasm"))]
 use crate::exit::INTERRUPTED;
 
 /// Whether the first signal has come, where it stops work in order.
@@ -19,7 +21,12 @@ type Job = Box<dyn FnOnce() + Send>;
 
 static FIRST: Mutex<Option<Job>> = Mutex::new(None);
 
+/// Begins to listen. Nobody sends signals to a module in a browser, which is ended from outside.
+#[cfg(target_family = "wasm")]
+pub fn listen() {}
+
 /// Begins to listen.
+#[cfg(not(target_family = "wasm"))]
 pub fn listen() {
     // That somebody else decides about the signals is no error.
     let _ = ctrlc::try_set_handler(|| match replace_first(None) {
@@ -45,6 +52,7 @@ fn replace_first(job: Option<Job>) -> Option<Job> {
     std::mem::replace(&mut first, job)
 }
 
+#[cfg(not(target_family = "wasm"))]
 fn end() {
     abandon_unfinished();
     std::process::exit(INTERRUPTED.into());

@@ -54,6 +54,9 @@ enum Heard {
 
 /// Serves one editor over stdin and stdout until it says `exit` or hangs up.
 pub fn serve() -> Outcome {
+    if cfg!(target_family = "wasm") {
+        return serve_alone();
+    }
     let (sender, receiver) = mpsc::channel();
     let proofs = sender.clone();
     let mut server = Server::new(prover::start(move |proven| {
@@ -89,6 +92,25 @@ pub fn serve() -> Outcome {
                 receiver.recv().ok()
             }
         };
+    }
+    send(server.take())
+}
+
+/// The same on one thread, as a module in a browser has it: messages are answered in their order
+/// until there are no more, and no costs are proven.
+fn serve_alone() -> Outcome {
+    let (jobs, _nobody) = mpsc::channel();
+    let mut server = Server::new(jobs);
+    let mut input = BufReader::new(io::stdin());
+    while let Some(message) = wire::read(&mut input) {
+        match message.map(|message| server.handle(message)) {
+            Ok(Next::Go) => {}
+            Ok(Next::Exit(true)) => return Ok(()),
+            Ok(Next::Exit(false)) => return Err(Failure::Program),
+            Err(why) => server.complain(&why),
+        }
+        server.publish();
+        send(server.take())?;
     }
     send(server.take())
 }

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 /// Compiling allocates much, on all threads.
+#[cfg(not(target_family = "wasm"))]
 #[global_allocator]
 static MEMORY: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

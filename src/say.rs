@@ -77,9 +77,19 @@ const COLUMNS_MIN: usize = 20;
 
 /// How many columns stdout has.
 pub fn columns() -> usize {
+    terminal_columns().unwrap_or(COLUMNS).max(COLUMNS_MIN)
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn terminal_columns() -> Option<usize> {
     let size = terminal_size::terminal_size_of(std::io::stdout());
-    let columns = size.map_or(COLUMNS, |(width, _)| width.0.into());
-    columns.max(COLUMNS_MIN)
+    size.map(|(width, _)| width.0.into())
+}
+
+/// A module has no terminal.
+#[cfg(target_family = "wasm")]
+fn terminal_columns() -> Option<usize> {
+    None
 }
 
 /// Prints bytes as they are.

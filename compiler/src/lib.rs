@@ -17,6 +17,7 @@ pub use whippen_lower as lower;
 pub use whippen_lower::{ideal, scales, simplify};
 // A Kernel for this machine, as C, and for browsers.
 pub use whippen_c99 as c99;
+#[cfg(not(target_family = "wasm"))]
 pub use whippen_jit as jit;
 pub use whippen_wasm as wasm;
 // A Kernel as machine code of a Cortex-M, and its image.

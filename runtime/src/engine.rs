@@ -5,11 +5,13 @@ use std::fmt;
 use std::str::FromStr;
 
 use whippen_compiler::ideal::{Ideal, What};
-use whippen_compiler::jit::{JitCode, Options};
-use whippen_compiler::kernel::{self, Interp};
+use whippen_compiler::kernel::{self, Interp, Kernel};
 use whippen_compiler::lower::{Export, ExportKind, LoweredEvent, LoweredEventKind};
 use whippen_compiler::pipeline::Compiled;
 use whippen_emulator::BoardKind;
+
+#[cfg(not(target_family = "wasm"))]
+use whippen_compiler::jit::{JitCode, Options};
 
 use crate::device::Device;
 use crate::emulated::{Emulated, EmulatedBoard};
@@ -17,7 +19,8 @@ use crate::emulated::{Emulated, EmulatedBoard};
 /// Which engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EngineKind {
-    /// The Kernel compiled for this machine.
+    /// The Kernel compiled for this machine; interpreted where nothing can be (a module in a
+    /// browser), which gives the same bits.
     Jit,
     /// The Kernel interpreted: the reference.
     Interp,
@@ -85,6 +88,21 @@ pub struct Happened {
     pub args: Vec<f64>,
 }
 
+/// What `jit` is where no code can be made at run time.
+#[cfg(target_family = "wasm")]
+type JitCode = Interp;
+
+#[cfg(target_family = "wasm")]
+fn jit(kernel: &Kernel, keys: usize) -> Result<JitCode, String> {
+    Interp::new(kernel, keys).map_err(|e| e.to_string())
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn jit(kernel: &Kernel, keys: usize) -> Result<JitCode, String> {
+    let options = Options { probes: true };
+    JitCode::build(kernel, keys, options).map_err(|e| e.to_string())
+}
+
 /// A running instrument.
 pub enum Engine<'c> {
     /// See [`EngineKind::Jit`].
@@ -115,11 +133,7 @@ impl<'c> Engine<'c> {
                 compiled,
                 Box::new(Emulated::new(compiled, device, board, keys)?),
             ),
-            EngineKind::Jit => {
-                let options = Options { probes: true };
-                let code = JitCode::build(kernel, keys, options).map_err(|e| e.to_string())?;
-                Engine::Jit(compiled, Box::new(code))
-            }
+            EngineKind::Jit => Engine::Jit(compiled, Box::new(jit(kernel, keys)?)),
             EngineKind::Interp => Engine::Interp(
                 compiled,
                 Box::new(Interp::new(kernel, keys).map_err(|e| e.to_string())?),

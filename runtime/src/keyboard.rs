@@ -154,6 +154,9 @@ pub fn play(
         logs
     };
     let done = std::thread::scope(|scope| {
+        if threads == 1 {
+            return Ok(vec![work(0)?]);
+        }
         let all: Vec<_> = (0..threads)
             .map(|thread| scope.spawn(move || work(thread)))
             .collect();

@@ -54,6 +54,8 @@ pub mod sticking;
 pub mod strands;
 pub mod stroke;
 pub mod struck;
+#[cfg(not(target_family = "wasm"))]
+pub mod studio;
 pub mod titles;
 pub mod trace;
 pub mod trajectory;

@@ -1,13 +1,13 @@
 //! `whippen page`: a page that plays.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use clap::ValueHint;
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
 use whippen_compiler::rate::Rate;
-use whippen_runtime::playable;
+use whippen_runtime::playable::{self, PlayablePage};
 
 use super::file_plan::FilePlan;
 use super::opened::Opened;
@@ -56,24 +56,13 @@ pub fn run(args: &Args) -> Outcome {
         rate_hz: args.tick_rate,
         ..Options::default()
     };
-    let (map, program) = load::checked(&opened.sources, &options, Severity::Warning)?;
-    let model = load::instrument(&program, opened.name)?;
-    let device = load::device(args.device.as_deref(), &map, &program, model)?;
-    let compiled = load::compiled(&map, model.clone(), &device, false)?;
-    let keyboard = program.keyboards.first();
-    let of_keyboard = keyboard.map(|own| (own.layout.keys, own.layout.first_note));
-    let (usual, first_note) = of_keyboard.unwrap_or(KEYS);
-    let keys = match compiled.model.is_of_key() {
-        true => args.keys.unwrap_or(usual),
-        false => 1,
+    let choice = PageChoice {
+        name: opened.name,
+        keys: args.keys,
+        device: args.device.as_deref(),
+        command: &command::typed(),
     };
-    let page = playable::page(
-        &compiled,
-        &device,
-        (keys as usize, first_note),
-        &command::typed(),
-    );
-    let page = page.map_err(|error| Failure::Usage(error.to_string()))?;
+    let page = made(&opened.sources, &options, &choice)?;
     page.save(&args.output)
         .map_err(|error| Failure::Usage(error.to_string()))?;
     say!(
@@ -83,4 +72,53 @@ pub fn run(args: &Args) -> Outcome {
         page.module_bytes
     );
     Ok(())
+}
+
+/// Which page of a program.
+struct PageChoice<'a> {
+    /// The instrument, if there are several.
+    name: Option<&'a str>,
+    /// How many keys, if not as many as usual.
+    keys: Option<u32>,
+    device: Option<&'a OsStr>,
+    /// What makes it, as one types it.
+    command: &'a str,
+}
+
+/// Makes the page of a program.
+fn made(
+    sources: &[(String, String)],
+    options: &Options,
+    choice: &PageChoice,
+) -> Result<PlayablePage, Failure> {
+    let (map, program) = load::checked(sources, options, Severity::Warning)?;
+    let model = load::instrument(&program, choice.name)?;
+    let device = load::device(choice.device, &map, &program, model)?;
+    let compiled = load::compiled(&map, model.clone(), &device, false)?;
+    let keyboard = program.keyboards.first();
+    let of_keyboard = keyboard.map(|own| (own.layout.keys, own.layout.first_note));
+    let (usual, first_note) = of_keyboard.unwrap_or(KEYS);
+    let keys = match compiled.model.is_of_key() {
+        true => choice.keys.unwrap_or(usual),
+        false => 1,
+    };
+    let keys = (keys as usize, first_note);
+    playable::page(&compiled, &device, keys, choice.command)
+        .map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// The page that `whippen page FILE -o OUTPUT` makes of a text in a file of this name.
+///
+/// # Errors
+/// The text is no program of one instrument.
+#[cfg(not(target_family = "wasm"))]
+pub fn of_text(file: &str, text: &str, output: &str) -> Result<PlayablePage, Failure> {
+    let sources = [(file.to_string(), text.to_string())];
+    let choice = PageChoice {
+        name: None,
+        keys: None,
+        device: None,
+        command: &format!("whippen page {file} -o {output}"),
+    };
+    made(&sources, &Options::default(), &choice)
 }

@@ -9,6 +9,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 use whippen_compiler::rate::Rate;
 
+#[cfg(target_family = "wasm")]
+use super::unseen as indicatif;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// What is over before is not shown.

@@ -61,6 +61,7 @@ mod sound;
 mod stability;
 mod strings;
 mod strokes;
+mod studio;
 mod sweep;
 mod tables;
 mod told;

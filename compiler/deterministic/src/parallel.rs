@@ -40,8 +40,11 @@ pub fn map_with<T: Send, S, R: Send>(
     all.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Two results, found at once.
+/// Two results, found at once where there are threads (a module in a browser has one).
 pub fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> (A, B) {
+    if cfg!(target_family = "wasm") {
+        return (a(), b());
+    }
     thread::scope(|scope| {
         let a = scope.spawn(a);
         let b = b();

@@ -38,9 +38,11 @@ impl InputKind {
     pub const MIDI: InputKind = InputKind::new("a MIDI file", 16 * MIB, 16 * MIB);
     /// An image or object file that is emulated.
     pub const IMAGE: InputKind = InputKind::new("an image", 64 * MIB, 64 * MIB);
+    /// A WebAssembly module.
+    pub const MODULE: InputKind = InputKind::new("a module", 64 * MIB, 64 * MIB);
 
     /// All kinds.
-    pub const ALL: [InputKind; 8] = [
+    pub const ALL: [InputKind; 9] = [
         InputKind::PROGRAM,
         InputKind::DESCRIPTION,
         InputKind::PRESET,
@@ -49,6 +51,7 @@ impl InputKind {
         InputKind::RECORDING,
         InputKind::MIDI,
         InputKind::IMAGE,
+        InputKind::MODULE,
     ];
 
     const fn new(what: &'static str, bytes_max: u64, line_max: u64) -> InputKind {

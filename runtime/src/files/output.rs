@@ -130,7 +130,8 @@ impl Replacement {
     /// A temporary file beside the target, with its permissions if it is there.
     fn beside(target: &Path, there: Option<&Metadata>) -> io::Result<(File, Replacement)> {
         if let Some(there) = there {
-            if there.permissions().readonly() {
+            // Files in memory (WASI) have no permissions.
+            if cfg!(not(target_os = "wasi")) && there.permissions().readonly() {
                 return Err(io::Error::other("it is read-only"));
             }
             // Whoever may not write a file may not replace it either.

@@ -5,6 +5,8 @@ use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+#[cfg(target_family = "wasm")]
+use crate::cmd::unseen as indicatif;
 use indicatif::{ProgressBar, ProgressStyle};
 use whippen_compiler::firmware::self_test_block;
 use whippen_emulator::elf::{Elf, SourceLines};

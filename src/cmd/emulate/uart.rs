@@ -7,6 +7,7 @@
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
 use std::str::FromStr;
+#[cfg(unix)]
 use std::time::Duration;
 
 use whippen_emulator::{Converter, Machine, Ports, Uart};

@@ -91,6 +91,41 @@ pub fn python(module: &str) -> Option<PathBuf> {
     found
 }
 
+/// The command as a WebAssembly module, which `tests/setup` makes of the sources; none, and the
+/// test counts as skipped, where it is absent.
+///
+/// # Panics
+///
+/// Where it is absent and required.
+pub fn module() -> Option<PathBuf> {
+    let advice = "tests/setup, which builds it (Debian: rustc-web rust-web-src wasi-libc)";
+    made("module/whippen.wasm", "module", advice)
+}
+
+/// A file of a package of npm that judges; none, and the test counts as skipped, where it is
+/// absent.
+///
+/// # Panics
+///
+/// Where it is absent and required.
+pub fn npm(file: &str) -> Option<PathBuf> {
+    let package = file.split('/').next().unwrap_or_default();
+    let advice = "tests/setup, which takes it from npm";
+    made(&format!("npm/node_modules/{file}"), package, advice)
+}
+
+/// A file that `tests/setup` leaves in the folder `target`.
+fn made(file: &str, name: &str, advice: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../target")
+        .join(file);
+    if path.is_file() {
+        return Some(path);
+    }
+    skip::record(name, "judges", advice);
+    None
+}
+
 /// A folder of the recordings that lie beside the repository (`../shared/data`); none, and the test
 /// counts as skipped, where it is absent.
 ///
