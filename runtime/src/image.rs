@@ -148,6 +148,7 @@ fn setup_of_ports(
         passivity: passivity(device, f64::from(compiled.model.rate_hz))?,
         tuning: None,
         fine_velocity: false,
+        passes_midi: false,
         monitor: None,
         own_texts: OwnTexts::default(),
     })

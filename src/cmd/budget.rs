@@ -64,35 +64,66 @@ pub fn run(args: &Args) -> Outcome {
     let setup = args.setup.all_programs(&opened)?;
     setup.check_supported()?;
     check_keys_can_change(&setup, args)?;
+    let chips = setup.of_chips()?;
     let (all_beyond, proven) = progress::during("the budgets", || {
-        parallel::both(
-            || find_beyond(&setup, args),
-            || ImageProof::wanted(&setup, args.most_keys),
-        )
+        parallel::both(|| find_beyond(&setup, args), || prove(&setup, &chips, args))
     });
-    let (proof, keys_fitting) = proven?;
+    let (all_beyond, proven) = (all_beyond?, proven?);
     if let Some(path) = &args.path {
-        write_text(path, &proof.path_as_assembly())?;
+        write_text(path, &proven[0].0.path_as_assembly())?;
     }
-    let shown = ShownProof {
-        proof: &proof,
-        all_beyond: all_beyond?,
-    };
-    proof
-        .programs
-        .iter()
-        .for_each(|played| shown.print(played, args.json));
+    let mut budgets: Vec<Value> = Vec::new();
+    for (proof, _) in &proven {
+        let shown = ShownProof {
+            proof,
+            all_beyond: &all_beyond,
+        };
+        shown.print(args.json);
+        if args.report.is_some() {
+            let programs = proof.programs.iter();
+            budgets.extend(programs.map(|played| shown.json_with_map(played)));
+        }
+    }
     if let Some(path) = &args.report {
-        let budgets: Vec<Value> = (proof.programs.iter())
-            .map(|played| shown.json_with_map(played))
-            .collect();
         write_text(path, &budget_page(&budgets, &command::typed()))?;
     }
-    proof.report_missed(keys_fitting)
+    let missed = proven
+        .iter()
+        .map(|(proof, most)| proof.report_missed(*most));
+    // Each chip's is told before the first ends it.
+    let missed: Vec<Outcome> = missed.collect();
+    missed.into_iter().collect()
 }
 
-/// That the most keys are asked of a keyboard without zones.
+/// What is proven of each chip, and how many keys fit where that was found out.
+fn prove<'a>(
+    setup: &ImageSetup,
+    chips: &'a [ImageSetup],
+    args: &Args,
+) -> Result<Vec<(ImageProof<'a>, Option<u32>)>, Failure> {
+    let instruments = setup.image_instruments()?;
+    let proofs = chips.iter().map(|chip| {
+        let own = chip.with_own_keys(&instruments);
+        ImageProof::wanted(chip, &own, args.most_keys)
+    });
+    proofs.collect()
+}
+
+/// That the most keys are asked of one chip and of a keyboard without zones.
 fn check_keys_can_change(setup: &ImageSetup, args: &Args) -> Outcome {
+    let of_one = [
+        ("--most-keys", args.most_keys),
+        ("--path", args.path.is_some()),
+    ];
+    if let Some((option, _)) = of_one
+        .into_iter()
+        .find(|(_, asked)| *asked && setup.chips > 1)
+    {
+        let chips = setup.chips;
+        return Err(Failure::Usage(format!(
+            "{option} is of one chip: leave `*{chips}` away"
+        )));
+    }
     let Some(zones) = setup.layout.split_program().filter(|_| args.most_keys) else {
         return Ok(());
     };
@@ -116,23 +147,31 @@ pub fn write_text(path: &Path, text: &str) -> Outcome {
 /// A proof with what is known besides time, by instrument.
 struct ShownProof<'a> {
     proof: &'a ImageProof<'a>,
-    all_beyond: Vec<Beyond>,
+    all_beyond: &'a [Beyond],
 }
 
 impl ShownProof<'_> {
-    fn print(&self, played: &ProgramReport, as_json: bool) {
-        if as_json {
-            say!("{}", self.json(played));
-        } else {
-            say::whole(&self.text(played));
+    fn print(&self, as_json: bool) {
+        let setup = self.proof.setup;
+        if let (Some(chip), false) = (&setup.chip, as_json) {
+            say!("{}", chip.told());
+        }
+        for played in &self.proof.programs {
+            match as_json {
+                true => say!("{}", self.json(played)),
+                false => say::whole(&self.text(played)),
+            }
         }
     }
 
-    /// The table of a program, then what is known of its instruments besides; prints their
-    /// warnings.
+    /// The table of a program, then what is known of its instruments besides, which is the same on
+    /// all chips; prints their warnings.
     fn text(&self, played: &ProgramReport) -> String {
         let setup = self.proof.setup;
         let mut text = self.proof.table(played);
+        if setup.chip.is_some_and(|chip| !chip.is_last()) {
+            return text + "\n";
+        }
         for instrument in played.program.instruments() {
             let instrument = instrument.index();
             self.all_beyond[instrument].warn(&setup.map);
@@ -150,6 +189,9 @@ impl ShownProof<'_> {
     fn json(&self, played: &ProgramReport) -> Value {
         let map = &self.proof.setup.map;
         let mut budget = self.proof.json(played);
+        if let Some(chip) = &self.proof.setup.chip {
+            budget["chip"] = chip.json();
+        }
         self.beyond_slowest(played).add_to(map, &mut budget);
         played.add_zones(&mut budget, |json, zone| {
             self.all_beyond[zone.of.instrument.index()].add_to(map, json)

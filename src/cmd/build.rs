@@ -11,9 +11,11 @@ use clap::ValueHint;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 
 use super::file_plan::FilePlan;
+use super::option;
 use super::setup::SetupArgs;
-use crate::exit::Outcome;
+use crate::exit::{Failure, Outcome};
 use files::Output;
+pub use files::files_of_chips;
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -38,6 +40,9 @@ pub struct Args {
     /// ticks of the instrument's key, and tells them beside what is expected
     #[arg(long, conflicts_with = "unproven")]
     self_test: bool,
+    /// The clock of the chip that a .o is for, such as 170MHz, where it is not the board's
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::clock)]
+    clock: Option<u32>,
     /// Also write the firmware's texts for the board into this folder, a start for --firmware
     #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath, conflicts_with_all = ["firmware", "self_test"])]
     firmware_texts: Option<PathBuf>,
@@ -51,17 +56,34 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Outcome {
     let opened = args.setup.open()?;
+    let chips = args.setup.chips()?;
+    let of_chips = |path: &Option<PathBuf>| {
+        let path = path.iter();
+        path.flat_map(|path| files_of_chips(path, chips))
+            .collect::<Vec<_>>()
+    };
     FilePlan::default()
         .reads(opened.paths())
         .reads(&args.setup.files())
-        .writes("--output", &args.output.files(), &[])
-        .writes("--map", &args.map, &["map", "txt"])
-        .writes("--listing", &args.listing, &["lst", "txt"])
+        .writes("--output", &args.output.files(chips), &[])
+        .writes("--map", &of_chips(&args.map), &["map", "txt"])
+        .writes("--listing", &of_chips(&args.listing), &["lst", "txt"])
         .check()?;
-    let setup = if args.output.is_image() && !args.self_test {
+    let mut setup = if args.output.is_image() && !args.self_test {
         args.setup.all_programs(&opened)?
     } else {
         args.setup.one_program(&opened)?
     };
+    match args.clock {
+        Some(clock_hz) if args.output.is_object() && !args.self_test => {
+            setup.board.clock_hz = clock_hz;
+        }
+        Some(_) => {
+            let why = "--clock is for a .o: an image's firmware sets its clock, and of C nothing is \
+                       proven";
+            return Err(Failure::Usage(why.to_string()));
+        }
+        None => {}
+    }
     files::write(&setup, args)
 }

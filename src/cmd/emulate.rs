@@ -10,6 +10,7 @@
 //! ```
 
 mod board;
+mod chips;
 mod gdb;
 mod image;
 mod knob;
@@ -27,10 +28,11 @@ use std::path::{Path, PathBuf};
 use whippen_compiler::rate::Rate;
 use whippen_emulator::CoreKind;
 
+use super::build::files_of_chips;
 use super::file_plan::FilePlan;
 use super::option;
 use crate::exit::{Failure, Outcome};
-use board::{BoardName, MemoryRange};
+use board::{Boards, MemoryRange};
 use image::Image;
 
 /// Unless told otherwise, a run ends after so many cycles.
@@ -56,7 +58,7 @@ impl Args {
         let devices = &self.on.devices;
         let trace = self.outputs.trace.iter().filter(|path| !is_stdout(path));
         FilePlan::default()
-            .reads([&self.image])
+            .reads(&files_of_chips(&self.image, self.on.board.chips))
             .reads(&self.what.input)
             .reads(&self.what.memory_files())
             .reads(devices.serial_in.iter().chain(&devices.sense))
@@ -113,16 +115,17 @@ impl What {
 }
 
 /// What to run it on.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "What to run it on")]
 struct On {
     /// cortex-m0plus, cortex-m4 or cortex-m33 [default: what the image was compiled for]
     #[arg(long, value_name = "CORE", value_parser = board::core)]
     core: Option<CoreKind>,
-    /// The board; `generic` is a core and the memory that the image wants, with 512 KiB of RAM at
-    /// 0x20000000
-    #[arg(long, value_name = "BOARD", default_value = "generic")]
-    board: BoardName,
+    /// The board: rp2350, rp2040 or stm32f4; `generic` is a core and the memory that the image
+    /// wants, with 512 KiB of RAM at 0x20000000. `rp2350*2` are two chips with the images that
+    /// `build` made of them, IMAGE.chip1.elf and IMAGE.chip2.elf
+    #[arg(long, value_name = "BOARD[*CHIPS]", default_value = "generic", value_parser = board::boards)]
+    board: Boards,
     /// More RAM, such as 0x30000000:64K
     #[arg(long, value_name = "ADDR:SIZE", value_parser = board::memory)]
     ram: Vec<MemoryRange>,
@@ -142,7 +145,7 @@ struct On {
 }
 
 /// What is at the other end of a board's devices.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Devices of rp2350 and rp2040")]
 struct Devices {
     /// What arrives on the first serial port; what the program sends goes to stdout
@@ -238,6 +241,9 @@ Exit code: 0 the function returned, or the program exited with 0; 1 it faulted, 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     args.plan().check()?;
+    if args.on.board.chips > 1 {
+        return chips::run(args);
+    }
     let mut image = Image::load(&args.image, &args.on)?;
     image.machine.semihosting.enabled = true;
     image

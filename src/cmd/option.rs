@@ -100,6 +100,17 @@ pub fn rate(text: &str) -> Result<Rate, String> {
     tick_rate(hertz / f64::from(divisor)).map_err(wanted)
 }
 
+/// `--clock`: whole cycles per second.
+pub fn clock(text: &str) -> Result<u32, String> {
+    let wanted = || format!("`{text}`: wanted is a clock from 1 Hz to 4 GHz, such as 170MHz");
+    let hertz = match text.trim().parse::<f64>() {
+        Ok(hertz) => hertz,
+        Err(_) => quantity(text, Dim::PER_TIME, "a clock, such as 170MHz")?,
+    };
+    let is_whole = (1.0..=4e9).contains(&hertz) && hertz.fract() == 0.0;
+    is_whole.then_some(hertz as u32).ok_or_else(wanted)
+}
+
 /// A length.
 pub fn length(text: &str) -> Result<f64, String> {
     quantity(text, Dim::LENGTH, "a length, such as 12.7mm")
@@ -200,6 +211,20 @@ mod tests {
         }
         assert_eq!(keys("65536"), Ok(65_536));
         assert!(modes("x").unwrap_err().contains("such as 8000"));
+    }
+
+    #[test]
+    fn a_clock_is_whole_hertz() {
+        for (text, hertz) in [
+            ("170MHz", 170_000_000),
+            ("64 MHz", 64_000_000),
+            ("1e6", 1_000_000),
+        ] {
+            assert_eq!(clock(text), Ok(hertz), "{text}");
+        }
+        for text in ["0", "-1", "5GHz", "1.5", "fast", "3mm"] {
+            assert!(clock(text).is_err(), "{text}");
+        }
     }
 
     #[test]

@@ -59,18 +59,21 @@ pub struct ImageProof<'a> {
 impl<'a> ImageProof<'a> {
     /// Of the keys that are wanted, or of as many as fit. How many that are is also found out where
     /// those that are wanted do not, but for zones, whose keys are their keyboard's.
-    pub fn wanted(setup: &'a ImageSetup, most: bool) -> Result<(Self, Option<u32>), Failure> {
-        let instruments = setup.image_instruments()?;
+    pub fn wanted(
+        setup: &'a ImageSetup,
+        instruments: &[ImageInstrument],
+        most: bool,
+    ) -> Result<(Self, Option<u32>), Failure> {
         if most {
-            let found = Self::most_keys(setup, &instruments)?;
+            let found = Self::most_keys(setup, instruments)?;
             let keys = found.keys_fitting();
             return Ok((found, Some(keys)));
         }
-        let found = Self::find(setup, &instruments, setup.keys)?;
+        let found = Self::find(setup, instruments, setup.keys)?;
         if found.fits() || setup.layout.split_program().is_some() {
             return Ok((found, None));
         }
-        let most = Self::most_keys(setup, &instruments)?;
+        let most = Self::most_keys(setup, instruments)?;
         Ok((found, Some(most.keys_fitting())))
     }
 

@@ -1,8 +1,11 @@
 //! The set-up of `build` and `budget`: compiled instruments, and the keyboard, device and board
 //! they are for.
 
+mod chips;
+
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::ValueHint;
 use whippen_compiler::board::Board;
@@ -23,6 +26,7 @@ use whippen_runtime::board;
 use whippen_runtime::device::Device;
 use whippen_runtime::image::{self, ImageInstrument};
 
+pub use self::chips::{Chip, counted, file_of_chip, keys_of_chips};
 use super::calibration::CalibrationArgs;
 use super::load;
 use super::monitor_image::MonitorImageArgs;
@@ -41,10 +45,11 @@ pub struct SetupArgs {
     /// The files of one program, and the name of an instrument if there are several
     #[arg(required = true, value_name = "FILE.. [INSTRUMENT]", value_hint = ValueHint::FilePath)]
     words: Vec<OsString>,
-    /// The board, by name or as a TOML file; the keyboard's, or rp2350 otherwise
-    #[arg(long, value_name = "NAME|FILE.toml")]
+    /// The board, by name or as a TOML file; the keyboard's, or rp2350 otherwise. `rp2350*2` are
+    /// two, each with half of the keys
+    #[arg(long, value_name = "NAME|FILE.toml[*CHIPS]")]
     board: Option<OsString>,
-    /// How many keys on all cores; as many as the keyboard has, or 88 otherwise
+    /// How many keys on all cores and chips; as many as the keyboard has, or 88 otherwise
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = option::keys)]
     keys: Option<u32>,
     #[arg(long = "tick-rate", visible_alias = "rate", value_name = "HZ", allow_negative_numbers = true, value_parser = option::rate, help = option::TICK_RATE)]
@@ -80,16 +85,21 @@ pub fn usual_keys(model: &Model) -> u32 {
 }
 
 /// Everything that code is made of.
+#[derive(Clone)]
 pub struct ImageSetup {
     pub map: SourceMap,
     /// At least one: those of the layout.
-    pub instruments: Vec<Compiled>,
+    pub instruments: Arc<[Compiled]>,
     /// At least one program; several only for an image.
     pub layout: Layout,
     pub device: Device,
     pub board: Board,
     /// How many keys are wanted.
     pub keys: u32,
+    /// How many chips are to have them.
+    pub chips: u32,
+    /// Which of several chips it is for.
+    pub chip: Option<Chip>,
     /// Through what sensors are read, if not as they are.
     tuning: Option<SensorTuning>,
     /// Instructions for all modes of a key.
@@ -119,7 +129,8 @@ impl SetupArgs {
 
     /// All files that are read besides the program's.
     pub fn files(&self) -> Vec<PathBuf> {
-        let board = self.board.iter().filter_map(|name| BOARD.file(name));
+        let name = self.board.as_deref().and_then(|name| counted(name).ok());
+        let board = name.and_then(|(name, _)| BOARD.file(&name)).into_iter();
         let board = board.chain(device::file(self.device.as_deref()));
         let board = board.chain(self.calibration.files().cloned());
         let board = board.chain(self.firmware.files());
@@ -234,14 +245,18 @@ impl SetupArgs {
         layout: Layout,
     ) -> Result<ImageSetup, Failure> {
         let device = load::device(self.device.as_deref(), &map, program, models[0])?;
-        let board = find_board(self.board.as_deref(), program.keyboards.first())?;
+        let (name, chips) = self.board_and_chips()?;
+        let board = find_board(name.as_deref(), program.keyboards.first())?;
         let tuning = self.calibration.tuning(&device)?;
         let own_texts = self.firmware.texts(&board)?;
         let monitor = self.monitor.of_image(&board)?;
+        chips::check_no_monitor(chips, monitor)?;
         let compile = |&model: &&Model| load::compiled(&map, model.clone(), &device, false);
         let instruments = models.iter().map(compile).collect::<Result<_, _>>()?;
         Ok(ImageSetup {
-            keys: self.keys.unwrap_or(usual_keys_of(&board, &layout)),
+            keys: self.keys.unwrap_or(usual_keys_of(&board, &layout, chips)),
+            chips,
+            chip: None,
             instruments,
             layout,
             map,
@@ -269,10 +284,10 @@ pub fn find_board(wanted: Option<&OsStr>, keyboard: Option<&Keyboard>) -> Result
 }
 
 /// How many keys a board has where nobody says: those that are wired, or the keyboard's.
-fn usual_keys_of(board: &Board, layout: &Layout) -> u32 {
+fn usual_keys_of(board: &Board, layout: &Layout, chips: u32) -> u32 {
     match (&board.knob, &board.bench) {
-        (Some(_), _) => 1,
-        (None, Some(bench)) => bench.keys(),
+        (Some(_), _) => chips,
+        (None, Some(bench)) => chips * bench.keys(),
         (None, None) => layout.keys,
     }
 }
@@ -302,6 +317,8 @@ impl ImageSetup {
             map: map.clone(),
             instruments: models.iter().map(compile).collect::<Result<_, _>>()?,
             keys: layout.keys,
+            chips: 1,
+            chip: None,
             layout,
             device: device.clone(),
             board,
@@ -395,6 +412,7 @@ impl ImageSetup {
         setup.fine_velocity = self.fine_velocity;
         setup.own_texts.clone_from(&self.own_texts);
         setup.monitor = self.monitor;
+        setup.passes_midi = self.chip.is_some();
         let layout = self
             .layout
             .with_keys(keys)

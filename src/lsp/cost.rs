@@ -94,7 +94,8 @@ impl Proofs<'_> {
         let first_note = first_note.map_or(FIRST_NOTE, |own| own.layout.first_note);
         let layout = Layout::of_one_instrument(&model.name, usual_keys(model), first_note);
         let said = self.setup(&[model], layout).and_then(|setup| {
-            let (proof, most) = ImageProof::wanted(&setup, model.is_of_key())?;
+            let instruments = setup.image_instruments()?;
+            let (proof, most) = ImageProof::wanted(&setup, &instruments, model.is_of_key())?;
             let played = &proof.programs[0];
             self.add_lines(cost, &proof, played);
             Ok(self.words(played, most))

@@ -92,7 +92,7 @@ pub struct Board<'a> {
     asked: u32,
     /// Requests to the monitor that were answered.
     pub answered: u32,
-    /// Looks for the answer to the last one.
+    /// Looks so far, or for the answer to the last one.
     looks: u32,
 }
 
@@ -149,7 +149,11 @@ impl<'a> Board<'a> {
                 // It sets live values too, and has no turn while the mailbox has one.
                 self.ask_the_monitor(alone);
             } else {
-                self.set_a_live_value();
+                // MIDI has no turn while the mailbox has one.
+                self.looks += 1;
+                if !self.image.whole.passes_midi || self.looks.is_multiple_of(16) {
+                    self.set_a_live_value();
+                }
                 self.turn_a_controller();
             }
             let now = (0..self.machine.cores())
@@ -194,9 +198,19 @@ impl<'a> Board<'a> {
         let uart: &mut Uart = self.machine.bus.device_mut(port).expect("the port");
         if uart.input.is_empty() {
             let [number, value] = [self.asked % 19, self.asked / 19 % 2];
-            uart.receive(&[0xb0, 102 + number as u8, 127 * value as u8], now);
+            let turned = [0xb0, 102 + number as u8, 127 * value as u8];
+            uart.receive(&turned, now);
+            if self.image.whole.passes_midi {
+                uart.receive(&[0xb0, 88, number as u8, 0x90, 60, 1], now);
+            }
             self.machine.bus.reschedule(port);
         }
+    }
+
+    /// Bytes that it has sent over MIDI.
+    pub fn passed(&self) -> usize {
+        let uart = self.machine.bus.device::<Uart>(self.ports.uarts[0]);
+        uart.map_or(0, |uart| uart.output.len())
     }
 
     /// The next request, once the one before is answered: captures of both cores that never end,

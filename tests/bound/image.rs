@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use whippen_compiler::budget::{Bounded, Program};
-use whippen_compiler::firmware::{CORES, FirmwareImage, Monitor, OwnText, OwnTexts};
+use whippen_compiler::firmware::{CORES, FirmwareImage, Monitor, OwnText, OwnTexts, Setup};
 use whippen_compiler::image::{Board, MemoryKind};
 use whippen_compiler::keyboard::{CoreId, Layout};
 use whippen_compiler::modes::{INSTRUCTIONS, Modes};
@@ -58,7 +58,8 @@ impl Image {
         let path = name.clone();
         let own = OwnTexts::new([(name, OwnText { path, text })]).expect("its name is known");
         let compiled = Arc::new(compiled);
-        Image::built((kind, board, kind.board()), compiled, keys, (own, None))
+        let with_text = |setup: &mut Setup| setup.own_texts = own;
+        Image::built((kind, board, kind.board()), compiled, keys, with_text)
             .unwrap_or_else(|e| panic!("{e}"))
     }
 
@@ -66,9 +67,23 @@ impl Image {
     pub fn monitored(kind: BoardKind, compiled: Compiled, keys: u32) -> Image {
         let board = board::bundled(kind.name()).expect("it is bundled");
         let compiled = Arc::new(compiled);
-        let own = (OwnTexts::default(), Some(Monitor { baud: 3_000_000 }));
-        Image::built((kind, board, kind.board()), compiled, keys, own)
+        let monitor = Some(Monitor { baud: 3_000_000 });
+        let monitored = |setup: &mut Setup| setup.monitor = monitor;
+        Image::built((kind, board, kind.board()), compiled, keys, monitored)
             .unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// One of several chips, which sends MIDI on.
+    pub fn passing(kind: BoardKind, compiled: Compiled, keys: u32) -> Image {
+        let board = board::bundled(kind.name()).expect("it is bundled");
+        let passing = |setup: &mut Setup| setup.passes_midi = true;
+        Image::built(
+            (kind, board, kind.board()),
+            Arc::new(compiled),
+            keys,
+            passing,
+        )
+        .unwrap_or_else(|e| panic!("{e}"))
     }
 
     /// Words that the other core looks up in a core's memory between two ticks.
@@ -86,20 +101,18 @@ impl Image {
         compiled: Arc<Compiled>,
         keys: u32,
     ) -> Result<Image, String> {
-        let own = (OwnTexts::default(), None);
-        Image::built((kind, board, emulated), compiled, keys, own)
+        Image::built((kind, board, emulated), compiled, keys, |_| {})
     }
 
     fn built(
         (kind, board, emulated): (BoardKind, Board, EmulatedBoard),
         compiled: Arc<Compiled>,
         keys: u32,
-        (own_texts, monitor): (OwnTexts, Option<Monitor>),
+        change: impl FnOnce(&mut Setup),
     ) -> Result<Image, String> {
         let device = Device::of(&compiled.model);
         let mut setup = setup_to_bound(&compiled, &device, keys, board.cores, 21).expect("a setup");
-        setup.own_texts = own_texts;
-        setup.monitor = monitor;
+        change(&mut setup);
         let layout = Layout::of_one_instrument(&compiled.model.name, keys, 21);
         let instrument = ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut unobserved)
             .unwrap_or_else(|e| panic!("{e:?}"));

@@ -168,6 +168,9 @@ fn play_image(image: &Image, keys: usize) -> u64 {
         frame.handler.cycles_max,
         contended.join("; ")
     );
+    if image.whole.passes_midi {
+        assert!(board.passed() > 100, "{} bytes go on", board.passed());
+    }
     if image.whole.monitored {
         assert!(
             board.answered > 40,
@@ -201,6 +204,23 @@ fn nor_with_the_monitor() {
     ] {
         let compiled = known(name).expect("it is bundled");
         play_image(&Image::monitored(kind, compiled, keys as u32), keys);
+    }
+}
+
+/// One of several chips, whose serial port is never silent: control changes, some of them with
+/// their low bits ahead, are done and sent on.
+#[test]
+fn nor_where_midi_is_passed_on() {
+    for (kind, name, keys) in [
+        (BoardKind::Rp2350, "grand_piano", KEYS),
+        (BoardKind::Rp2350, "virtual_spring", 90),
+        (BoardKind::Rp2040, "virtual_spring", KEYS),
+        (BoardKind::Stm32f4, "virtual_spring", KEYS),
+    ] {
+        let mut all = instruments().into_iter();
+        let compiled = all.find(|compiled| compiled.model.name == name);
+        let image = Image::passing(kind, compiled.expect("it is bundled"), keys as u32);
+        play_image(&image, keys);
     }
 }
 

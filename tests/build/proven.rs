@@ -37,6 +37,44 @@ fn an_image_that_is_late_is_not_written() {
     }
 }
 
+/// The bound of an object is that of any clock; of images and of C it is not asked.
+#[test]
+fn an_object_is_for_any_clock() {
+    let folder = folder();
+    for (clock, period) in [("170MHz", 3854), ("64 MHz", 1451)] {
+        let args = [
+            "build",
+            "grand.whip",
+            "--keys",
+            "8",
+            "-o",
+            "grand.o",
+            "--clock",
+            clock,
+        ];
+        let output = folder.output(WHIPPEN, &args).expect("starts");
+        let said = text(&output.stdout);
+        let line = format!(
+            "a tick at 44100 Hz and {} MHz has {period}.",
+            &clock[..clock.len() - 3].trim()
+        );
+        assert!(output.status.success() && said.contains(&line), "{said}");
+    }
+    let (code, said) = run(
+        &folder,
+        "build grand.whip --keys 28 -o late.o --clock 64MHz",
+    );
+    assert!(code == Some(1) && said.contains("[WH0701]"), "{said}");
+    for name in ["late.elf", "late.c"] {
+        let (code, said) = run(
+            &folder,
+            &format!("build grand.whip -o {name} --clock 64MHz"),
+        );
+        assert!(code == Some(2) && said.contains("for a .o"), "{said}");
+    }
+    assert!(!folder.path().join("late.o").exists());
+}
+
 #[test]
 fn an_unproven_image_says_so() {
     let folder = folder();

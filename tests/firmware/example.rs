@@ -144,3 +144,41 @@ for f in of.fields():
     assert!(own.len() >= 10, "{own:?}");
     assert_eq!(own, fields("side.o"));
 }
+
+/// `examples/smartknob`: C in a loop of one's own, which a thumb turns over four detents.
+#[test]
+fn the_smart_knob_clicks_and_rests() {
+    if !whippen_need::tools(&["gcc", "make"]) {
+        return;
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["Makefile", "main.c"] {
+        let from = root.join("examples/smartknob").join(name);
+        std::fs::copy(from, folder.path().join(name)).expect("the example's files");
+    }
+    let program = root.join("instruments/knob.whip");
+    let output = Command::new("make")
+        .current_dir(folder.path())
+        .arg(format!("WHIPPEN={}", env!("CARGO_BIN_EXE_whippen")))
+        .arg(format!("PROGRAM={}", program.display()))
+        .arg("run")
+        .output()
+        .expect("make runs");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    let said = String::from_utf8_lossy(&output.stdout);
+    for place in 1..=4 {
+        assert!(said.contains(&format!(": place {place} at")), "{said}");
+    }
+    assert!(!said.contains("place 5"), "{said}");
+    // The fourth detent is 60 degrees away, and friction may hold it a little before.
+    let rests = said.lines().find_map(|line| {
+        let rest = line.strip_prefix("rests at ")?.strip_suffix(" deg")?;
+        rest.parse::<f64>().ok()
+    });
+    assert!(
+        rests.is_some_and(|deg| (59.0..61.0).contains(&deg)),
+        "{said}"
+    );
+}

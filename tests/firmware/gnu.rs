@@ -94,6 +94,7 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
             damping: 300,
         }),
         tuning: (form != Form::Plain).then(tuning),
+        passes_midi: form == Form::Zones,
         ..setup.clone()
     };
     let mut constants = match constants(std::slice::from_ref(&program), &watched, board) {

@@ -2,6 +2,8 @@
 //! something fails.
 
 mod boot2;
+mod chips;
+mod chips_command;
 mod document;
 mod example;
 mod gnu;

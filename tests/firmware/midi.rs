@@ -13,7 +13,7 @@ use whippen_emulator::{BoardKind, Uart};
 use crate::rig::{KEYS, RATE_HZ, Rig, midi, setup};
 
 /// Notes and their ends as fast as the sensor word is large: a note above the middle.
-const SPEEDS: &str = "kernel speeds @44100 {
+pub const SPEEDS: &str = "kernel speeds @44100 {
   in x: u16 [0..65535]
   out f: i16 [-32768..32767]
   event note(1)
@@ -57,12 +57,12 @@ const LIVES: &str = "kernel lives @44100 {
 /// Lowest and highest values of these.
 const RANGES: [[i64; 2]; 3] = [[0, 1], [-700, 900], [i32::MIN as i64, i32::MAX as i64]];
 
-fn kernel_of(text: &str) -> Kernel {
+pub fn kernel_of(text: &str) -> Kernel {
     parse(text).unwrap_or_else(|error| panic!("{error:?}"))
 }
 
 /// What is played of each message, in order.
-fn messages(bytes: &[u8]) -> Vec<MidiMessage> {
+pub fn messages(bytes: &[u8]) -> Vec<MidiMessage> {
     let (mut stream, mut all) = (MidiStream::new(), Vec::new());
     stream.feed(bytes, |event| {
         if let LiveEvent::Midi { message, .. } = event {
@@ -164,6 +164,11 @@ fn velocities_have_14_bits() {
 
 /// A board with two programs of live values.
 fn listening(kind: BoardKind, rate_hz: u32) -> Rig {
+    listening_with(kind, rate_hz, &setup())
+}
+
+/// The same, built otherwise.
+pub fn listening_with(kind: BoardKind, rate_hz: u32, setup: &Setup) -> Rig {
     let kernel = kernel_of(LIVES);
     let (modes, midi) = (Modes::single(&kernel), midi(&kernel));
     let instruments = [Instrument {
@@ -176,10 +181,10 @@ fn listening(kind: BoardKind, rate_hz: u32) -> Rig {
     let setup = Setup {
         keys: match kind {
             BoardKind::Stm32f4 => vec![88],
-            _ => setup().keys,
+            _ => setup.keys.clone(),
         },
         rate_hz: rate_hz.into(),
-        ..setup()
+        ..setup.clone()
     };
     let mut rig = Rig::on(kind, programs.to_vec(), &instruments, &setup);
     rig.play(vec![20_000; 100 * KEYS]);
@@ -187,7 +192,7 @@ fn listening(kind: BoardKind, rate_hz: u32) -> Rig {
 }
 
 /// Bytes arrive, and everything is done that they ask for.
-fn receive(rig: &mut Rig, bytes: &[u8], ticks: usize) {
+pub fn receive(rig: &mut Rig, bytes: &[u8], ticks: usize) {
     let (port, cycle) = (rig.ports.uarts[0], rig.machine.cycle(0));
     let uart: &mut Uart = rig.machine.bus.device_mut(port).expect("the port");
     uart.receive(bytes, cycle);
@@ -196,7 +201,7 @@ fn receive(rig: &mut Rig, bytes: &[u8], ticks: usize) {
 }
 
 /// The number of the program that is wanted on core 0, and all live values there and on core 1.
-fn state(rig: &Rig, cores: usize) -> (usize, Vec<i32>) {
+pub fn state(rig: &Rig, cores: usize) -> (usize, Vec<i32>) {
     let wanted = rig.block(0, core_block::WANTED);
     let programs = rig.symbol("programs") + 4;
     let is_wanted = |&at: &usize| rig.word(programs + 4 * (at * cores) as u32) == wanted;
@@ -224,7 +229,7 @@ fn value(live: usize, control: u8) -> i32 {
 
 /// Bytes as they may come: messages whole and broken off, running status, other messages, real time
 /// anywhere, data that belongs to nothing.
-fn garbage(rng: &mut Rng) -> Vec<u8> {
+pub fn garbage(rng: &mut Rng) -> Vec<u8> {
     let mut bytes = Vec::new();
     let data = |rng: &mut Rng| rng.below(128) as u8;
     for _ in 0..8 {
@@ -254,6 +259,49 @@ fn garbage(rng: &mut Rng) -> Vec<u8> {
     bytes
 }
 
+/// What the parser of others was told of two programs with live values, from their start on.
+pub struct Told {
+    pub program: usize,
+    pub lives: Vec<i32>,
+    /// Programs that were called, live values that were set.
+    changes: [usize; 2],
+}
+
+impl Default for Told {
+    fn default() -> Told {
+        Told {
+            program: 0,
+            lives: vec![0, 3, 0, 0, 3, 0],
+            changes: [0; 2],
+        }
+    }
+}
+
+impl Told {
+    pub fn hear(&mut self, event: LiveEvent) {
+        let LiveEvent::Midi { message, .. } = event else {
+            return;
+        };
+        match message {
+            MidiMessage::ProgramChange { program } if program < 2 => {
+                self.program = usize::from(program.as_int());
+                self.changes[0] += 1;
+            }
+            MidiMessage::Controller {
+                controller,
+                value: to,
+            } => {
+                let live = usize::from(controller.as_int()).checked_sub(102);
+                if let Some(live) = live.filter(|live| *live < 2 * RANGES.len()) {
+                    self.lives[live] = value(live % RANGES.len(), to.as_int());
+                    self.changes[1] += 1;
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
 /// What arrives sets what the parser of others finds in it, on each board.
 #[test]
 fn what_arrives_is_what_another_parser_reads() {
@@ -264,39 +312,15 @@ fn what_arrives_is_what_another_parser_reads() {
     ] {
         let mut rig = listening(kind, RATE_HZ);
         let mut rng = Rng::new(7);
-        let mut stream = MidiStream::new();
-        let (mut program, mut lives) = (0, vec![0, 3, 0, 0, 3, 0]);
-        let mut changes = [0; 2];
+        let (mut stream, mut told) = (MidiStream::new(), Told::default());
         for round in 0..60 {
             let bytes = garbage(&mut rng);
-            stream.feed(&bytes, |event| match event {
-                LiveEvent::Midi {
-                    message: MidiMessage::ProgramChange { program: number },
-                    ..
-                } if number < 2 => {
-                    program = usize::from(number.as_int());
-                    changes[0] += 1;
-                }
-                LiveEvent::Midi {
-                    message:
-                        MidiMessage::Controller {
-                            controller,
-                            value: to,
-                        },
-                    ..
-                } => {
-                    let live = usize::from(controller.as_int()).checked_sub(102);
-                    if let Some(live) = live.filter(|live| *live < 2 * RANGES.len()) {
-                        lives[live] = value(live % RANGES.len(), to.as_int());
-                        changes[1] += 1;
-                    }
-                }
-                _ => {}
-            });
+            stream.feed(&bytes, |event| told.hear(event));
             receive(&mut rig, &bytes, 4 * bytes.len() + 20);
-            let told = (program, lives.repeat(cores));
+            let told = (told.program, told.lives.repeat(cores));
             assert_eq!(state(&rig, cores), told, "{kind:?}, {round}: {bytes:02x?}");
         }
+        let changes = told.changes;
         assert!(changes[0] > 10 && changes[1] > 100, "{changes:?}");
         let port = rig.converter();
         assert_eq!(port.overruns(), 0);

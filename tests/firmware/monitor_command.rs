@@ -2,13 +2,15 @@
 //! OpenOCD's text protocol.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{Ipv4Addr, TcpListener};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
 use crate::rig::{KEYS, Rig, kernel};
 use whippen_compiler::image::executable;
 use whippen_runtime::device::Device;
+use whippen_runtime::monitor::BoardMemory;
+use whippen_runtime::monitor::openocd::OpenOcd;
 
 const PROGRAM: &str = "instruments/virtual-spring.whip";
 
@@ -183,9 +185,15 @@ fn a_line_that_does_not_work_is_told() {
     assert_eq!(no_monitor.status.code(), Some(2));
 }
 
-/// Answers `read_memory` as OpenOCD does, with the memory of an emulated board. It is a double:
-/// what OpenOCD itself does was not tried.
-fn serve(listener: &TcpListener, rig: &Rig) {
+/// An address as OpenOCD is told it.
+fn address(text: &str) -> u32 {
+    u32::from_str_radix(text.trim_start_matches("0x"), 16).expect("an address")
+}
+
+/// Answers `read_memory` and `write_memory` as OpenOCD does, with the memory of an emulated board,
+/// to which something happens before each command, of which it is told. It is a double: what
+/// OpenOCD itself does was not tried.
+fn serve(listener: &TcpListener, rig: &mut Rig, mut happens: impl FnMut(&mut Rig, &[&str])) {
     let (mut stream, _) = listener.accept().expect("somebody");
     let (mut command, mut byte) = (Vec::new(), [0]);
     while stream.read(&mut byte).is_ok_and(|count| count == 1) {
@@ -195,9 +203,14 @@ fn serve(listener: &TcpListener, rig: &Rig) {
         }
         let asked = text(&std::mem::take(&mut command));
         let words: Vec<&str> = asked.split_whitespace().collect();
+        happens(rig, &words);
         let mut answer = match words[..] {
+            ["write_memory", at, "32", word] if address(at) >= 0x2000_0000 => {
+                rig.set(address(at), address(word.trim_matches(['{', '}'])));
+                String::new()
+            }
             ["read_memory", at, "32", count] => {
-                let at = u32::from_str_radix(at.trim_start_matches("0x"), 16).expect("an address");
+                let at = address(at);
                 let count: u32 = count.parse().expect("a count");
                 let all = (0..count).map(|nth| format!("{:#x}", rig.word(at + 4 * nth)));
                 all.collect::<Vec<_>>().join(" ")
@@ -224,7 +237,7 @@ fn the_status_is_read_through_a_double_of_openocd() {
     let said = std::thread::scope(|scope| {
         let arguments = ["monitor", &image, "--openocd", &at, "--json"];
         let said = scope.spawn(move || ran(&arguments));
-        serve(&listener, &rig);
+        serve(&listener, &mut rig, |_, _| {});
         said.join().expect("it runs")
     });
     assert!(said.status.success(), "{}", text(&said.stderr));
@@ -234,4 +247,79 @@ fn the_status_is_read_through_a_double_of_openocd() {
     assert_eq!(status["cores"][0]["gains"][3], 0.0);
     assert_eq!(status["cores"][1]["gains"][0], 1.0);
     assert_eq!(status["cores"][0]["ticks"], rig.block(0, 28));
+}
+
+/// A board that is started again between two looks at its status: its ticks begin anew, which is
+/// told, and the watch ends.
+#[test]
+fn a_board_that_is_started_again_ends_a_watch() {
+    let kernel = kernel("virtual-spring.whip");
+    let rest = Device::mikey().word_of_position(0.0).0;
+    let started = |ticks: usize| {
+        let mut rig = Rig::new(&kernel, 0);
+        rig.play(vec![rest; ticks * KEYS]);
+        rig
+    };
+    let mut rig = started(600);
+    let image = temporary("restarted.elf");
+    std::fs::write(&image, executable(&rig.image, &[], None)).expect("it is written");
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
+    let at = format!("localhost:{}", listener.local_addr().expect("it").port());
+    let image = image.display().to_string();
+    let status = rig.symbol("status");
+    let mut ticks = Vec::new();
+    let said = std::thread::scope(|scope| {
+        let arguments = ["monitor", &image, "--openocd", &at, "--watch", "1ms"];
+        let said = scope.spawn(move || ran(&arguments));
+        serve(&listener, &mut rig, |rig, words| {
+            // Each look begins with the table of the status.
+            if words.get(1).map(|at| address(at)) != Some(status) {
+                return;
+            }
+            match ticks.len() {
+                2 => *rig = started(300),
+                _ => drop(rig.play(vec![rest; 10 * KEYS])),
+            }
+            ticks.push(rig.block(0, 28));
+            assert!(ticks.len() < 20, "the watch goes on: {ticks:?}");
+        });
+        said.join().expect("it runs")
+    });
+    println!("ticks at each look: {ticks:?}");
+    assert!(ticks[1] > ticks[0] && ticks[2] < ticks[1], "{ticks:?}");
+    let told = text(&said.stderr);
+    assert_eq!(said.status.code(), Some(1), "{told}");
+    assert!(told.contains("has been started again"), "{told}");
+    assert_eq!(ticks.len(), 3);
+}
+
+/// A word that is written through the double is there; what it refuses is told in its words.
+#[test]
+fn words_are_written_through_a_double_of_openocd() {
+    let mut rig = Rig::new(&kernel("grand-piano.whip"), 0);
+    rig.play(vec![20_000; 200 * KEYS]);
+    let mailbox = rig.symbol("mailbox");
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
+    let at = listener.local_addr().expect("it");
+    let refused = std::thread::scope(|scope| {
+        let client = scope.spawn(move || {
+            let mut board = OpenOcd::new(TcpStream::connect(at).expect("it listens"));
+            // The first live value is to be 7: its number, the value, then the request.
+            for (at, word) in [(4, 0), (8, 7), (0, 1)] {
+                board.write(mailbox + at, word).expect("it is written");
+            }
+            assert_eq!(board.read(mailbox, 3), Ok(vec![1, 0, 7]));
+            board.write(0x1000_0000, 1)
+        });
+        serve(&listener, &mut rig, |_, _| {});
+        client.join().expect("it runs")
+    });
+    let told = refused.expect_err("flash cannot be written").to_string();
+    assert!(told.contains("OpenOCD says: invalid command"), "{told}");
+    rig.play(vec![20_000; 8 * KEYS]);
+    let done = [12, 16].map(|at| rig.word(mailbox + at));
+    assert_eq!(done, [1, 0]);
+    let live = rig.layout(0, 0).live_param(0).expect("a place");
+    let values = ["core0_state", "core1_state"].map(|name| rig.word(rig.symbol(name) + live));
+    assert_eq!(values, [7, 7]);
 }

@@ -71,6 +71,7 @@ pub fn setup() -> Setup {
         passivity: None,
         tuning: None,
         fine_velocity: false,
+        passes_midi: false,
         monitor: None,
         own_texts: OwnTexts::default(),
     }

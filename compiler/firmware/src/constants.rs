@@ -21,6 +21,11 @@ pub(super) const RECORD_MAX: u32 = 4092;
 /// How many programs an image may have.
 pub(super) const PROGRAMS_MAX: usize = 64;
 
+/// How many messages wait to be passed on, at most: a power of two.
+const PASSED_MESSAGES: u64 = 64;
+/// Number and kind of a control change 88, as the first two bytes have them above the channel.
+const PREFIX: u64 = 88 << 4 | 0xb;
+
 /// The gain of a key in its record.
 const GAIN: u32 = 4;
 /// Ticks between two turns of a key's service.
@@ -133,6 +138,9 @@ pub fn constants(
     put("CREDIT_SHIFT", u64::from(passivity.credit.ilog2() - 17));
     put("MONITOR", setup.monitor.is_some().into());
     put("FINE", setup.fine_velocity.into());
+    put("PASS", setup.passes_midi.into());
+    put("PASSED", PASSED_MESSAGES);
+    put("PREFIX", PREFIX);
     put("TUNING", setup.tuning.is_some().into());
     if let Some(tuning) = &setup.tuning {
         tuning.check(setup)?;

@@ -35,6 +35,8 @@ pub struct FirmwareImage {
     pub programs: IdMap<ProgramId, ProgramCode>,
     /// Whether it answers a monitor.
     pub monitored: bool,
+    /// Whether it sends on the MIDI that arrives.
+    pub passes_midi: bool,
     /// Whether its start lets the cores go before a DMA wherever both want memory.
     pub yields_dma: bool,
 }
@@ -62,6 +64,7 @@ impl FirmwareImage {
         let running = &RUNNING[core.index()];
         let own = match self.monitored {
             true => running.visits_monitored,
+            false if self.passes_midi => running.visits + running.visits_passing,
             false => running.visits,
         };
         match core {
@@ -201,6 +204,7 @@ pub fn build_divided(
         keys_of_cores: setup.keys.clone(),
         programs,
         monitored: setup.monitor.is_some(),
+        passes_midi: setup.passes_midi,
         yields_dma: support.yields_dma(),
     })
 }

@@ -51,7 +51,7 @@ pub use knob::Coil;
 pub use monitor::{CAPTURED_MAX, Fact, Monitor, PROTOCOL, image_identity, monitor_identity};
 pub use objects::{frame_constants, objects, sources};
 pub use offsets::{
-    FAULTS, Fault, bench_block, captured, core_block, key_guard, knob_block, status,
+    FAULTS, Fault, bench_block, captured, core_block, key_guard, knob_block, passed, status,
 };
 pub use own::{OwnText, OwnTexts, UnknownText, all_texts, text_name};
 pub use parts::{
@@ -87,6 +87,9 @@ pub struct Setup {
     pub tuning: Option<SensorTuning>,
     /// Whether notes are sent with 14 bits of velocity, not seven.
     pub fine_velocity: bool,
+    /// Whether MIDI that arrives is sent on, among what the keys send: to the next chip of a
+    /// keyboard.
+    pub passes_midi: bool,
     /// What is at the serial port in place of MIDI, if something is.
     pub monitor: Option<Monitor>,
     /// What takes the place of bundled texts.

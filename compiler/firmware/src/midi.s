@@ -3,6 +3,8 @@
 @
 @   ring of core 0, ring of core 1 -> message of three or six bytes -> serial port, a byte whenever it takes one
 @
+@ Where PASS says so messages that arrived (midi_in.s) go ahead of the keys' own.
+@
 @ When a core plays another program, what the one before has emitted is sent first, then the end of every note that it left
 @ sounding.
         .syntax unified
@@ -18,6 +20,11 @@ reader0: .space 36                      @ the program whose events are read, and
 reader1: .space 36
         .endif
 
+        .if     PASS
+        .global passed_sent
+passed_sent: .space 4                   @ how many messages of the ring
+        .endif
+
         .section .text.core1.firmware.midi, "ax"
         .global midi_step
         .type   midi_step, %function
@@ -27,6 +34,11 @@ midi_step:
         ldr     r5, [r4, #8]
         cmp     r5, #0
         bne     1f
+        .if     PASS
+        bl      pass_on
+        cmp     r0, #0
+        bne     1f
+        .endif
         ldr     r0, =core0
         ldr     r1, =reader0
         bl      take
@@ -228,3 +240,54 @@ key_bit:
         lsls    r3, r7
         ldr     r7, [r5]
         bx      lr
+
+        .if     PASS
+@ The oldest message that is to go on, into the message at R4: two together where the first is a control change 88. R0: whether there
+@ was one.
+pass_on:
+        push    {r5, r6, lr}
+        ldr     r3, =passed
+        ldr     r5, =passed_sent
+        ldr     r1, [r5]
+        ldr     r0, [r3, #PASSED_HEAD]
+        subs    r0, r0, r1
+        beq     9f
+        dmb     sy
+        bl      passed_message
+        movs    r6, r2                  @ how many bytes
+        str     r0, [r4]
+        lsls    r0, r0, #16
+        lsrs    r0, r0, #20
+        ldr     r2, =PREFIX
+        cmp     r0, r2
+        bne     1f
+        bl      passed_message
+        adds    r6, r6, r2
+        ldr     r2, [r4]
+        lsls    r3, r0, #24
+        orrs    r2, r3
+        str     r2, [r4]
+        lsrs    r0, r0, #8
+        str     r0, [r4, #4]
+1:      dmb     sy
+        str     r1, [r5]
+        str     r6, [r4, #8]
+        movs    r0, #1
+9:      pop     {r5, r6, pc}
+
+@ R0: the R1st message of the ring at R3; R2: how many bytes it has. R1 goes up.
+passed_message:
+        movs    r2, #PASSED - 1
+        ands    r2, r1
+        lsls    r2, r2, #2
+        adds    r2, r2, r3
+        ldr     r0, [r2, #PASSED_RING]
+        adds    r1, #1
+        uxtb    r2, r0
+        lsrs    r2, r2, #5
+        subs    r2, #0xc0 >> 5
+        beq     1f
+        movs    r2, #1
+1:      adds    r2, #2
+        bx      lr
+        .endif

@@ -83,6 +83,14 @@ offsets! {
         RELEASE_VELOCITIES = 36, "Velocities by that; 0 where a release has no speed.";
         NEXT = 40, "The reader of the next zone.";
     }
+    /// Offsets in what is kept of MIDI that goes on to the next chip (bytes).
+    passed, "PASSED_" {
+        FIRST = 0, "The first byte of data of a message.";
+        AHEAD = 4, "A control change 88 that waits for its message; 0 for none.";
+        HEAD = 8, "How many messages went into the ring.";
+        LOST = 12, "How many found no room.";
+        RING = 16, "The ring.";
+    }
     /// Offsets in what the firmware of a knob keeps (bytes).
     knob_block, "K_" {
         TICK = 0, "The number of the last word.";
@@ -209,6 +217,7 @@ pub(super) fn assembly_constants() -> BTreeMap<String, i64> {
         reader::ALL,
         status::ALL,
         captured::ALL,
+        passed::ALL,
         knob_block::ALL,
         bench_block::ALL,
         &[("WATCHDOG_US", WATCHDOG_US)],

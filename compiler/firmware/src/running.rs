@@ -23,6 +23,9 @@ pub struct Running {
     /// only some images have comes to that
     /// ([`FirmwareImage::visits`](super::FirmwareImage::visits)).
     pub visits: u32,
+    /// What comes to that where MIDI is passed on, in two rounds. Core 1 at core 0's: how far the
+    /// ring is filled, two messages. Core 0 at core 1's: how far it is sent.
+    pub visits_passing: u32,
     /// The same in an image with the monitor. Core 1 at core 0's: the program that plays and its
     /// reader, head, tail and a word of an event, the tail anew, the event that triggers, and then
     /// the capture (whether it goes on and waits, the tick, how long, when and until when, that it
@@ -41,6 +44,7 @@ pub const RUNNING: [Running; 2] = [
         vectors: "vectors0",
         words: "words0",
         visits: 20,
+        visits_passing: 6,
         visits_monitored: 32,
     },
     Running {
@@ -49,6 +53,7 @@ pub const RUNNING: [Running; 2] = [
         vectors: "vectors1",
         words: "words1",
         visits: 6,
+        visits_passing: 2,
         visits_monitored: 32,
     },
 ];

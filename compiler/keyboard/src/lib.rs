@@ -122,6 +122,17 @@ impl Layout {
         })
     }
 
+    /// These keys alone, of which the lowest is key 0 then. A zone without any of them is none.
+    pub fn part(&self, keys: KeyRange) -> Layout {
+        let first_note = self.note_of(keys.first);
+        let programs = self.programs.iter().map(|program| program.part(keys));
+        Layout {
+            first_note,
+            keys: keys.count(),
+            programs: programs.collect(),
+        }
+    }
+
     /// Only these programs, with their instruments numbered anew; and the old numbers, by the new
     /// ones.
     pub fn only(&self, wanted: impl Fn(&Program) -> bool) -> (Layout, Vec<InstrumentId>) {
@@ -182,6 +193,20 @@ mod tests {
         assert_eq!(zones(&cores[1]), [(1, 6, 7), (2, 7, 9)]);
         assert_eq!(cores[1].keys, KeyRange::new(6, 9));
         assert_eq!(cores[1].zones[0].core, CoreId(1));
+    }
+
+    #[test]
+    fn a_part_has_its_own_keys_from_zero_on() {
+        let part = split().part(KeyRange::new(4, 9));
+        assert_eq!((part.first_note, part.keys), (25, 5));
+        let zones = |number| {
+            let zones = part.program(ProgramId(number)).zones.iter();
+            let zone = |z: &Zone| (z.keys.first, z.keys.end, z.instrument.0);
+            zones.map(zone).collect::<Vec<_>>()
+        };
+        assert_eq!(zones(0), [(0, 5, 4)]);
+        assert_eq!(zones(1), [(0, 3, 4), (3, 5, 7)]);
+        assert_eq!(split().part(KeyRange::new(0, 9)), split());
     }
 
     #[test]

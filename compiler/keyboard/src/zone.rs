@@ -109,6 +109,15 @@ impl Program {
         Ok(program)
     }
 
+    /// These keys alone, of which the lowest is key 0 then. A zone without any of them is none.
+    pub(crate) fn part(&self, keys: KeyRange) -> Program {
+        let zones = self.zones.iter().filter_map(|zone| {
+            let own = zone.keys.intersection(keys)?;
+            Some((own.count(), zone.instrument))
+        });
+        Program::of_zones(&self.name, zones)
+    }
+
     /// How cores have its keys: each core a run of neighbouring keys, so many of them.
     pub fn on_cores(&self, keys_of_cores: &[u32]) -> Vec<CoreKeys> {
         let mut first = 0;

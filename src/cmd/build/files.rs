@@ -14,7 +14,7 @@ use whippen_runtime::web;
 use super::Args;
 use crate::cmd::own_firmware::TextFiles;
 use crate::cmd::proof;
-use crate::cmd::setup::ImageSetup;
+use crate::cmd::setup::{ImageSetup, file_of_chip};
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
@@ -49,6 +49,23 @@ pub fn output(name: OsString) -> Result<Output, String> {
     Ok(Output { path, kind })
 }
 
+/// The files of all chips.
+pub fn files_of_chips(path: &Path, chips: u32) -> Vec<PathBuf> {
+    let of_chip = |number| file_of_chip(path, number, chips);
+    (1..=chips).map(of_chip).collect()
+}
+
+/// An image as it is to be written.
+struct MadeImage {
+    path: PathBuf,
+    file: Vec<u8>,
+    image: Image,
+    /// Of each core.
+    keys: Vec<u32>,
+    /// Why it is not proven.
+    unproven: Option<String>,
+}
+
 /// Makes and writes everything.
 pub fn write(setup: &ImageSetup, args: &Args) -> Outcome {
     Files { setup }.write(args)
@@ -65,6 +82,11 @@ impl Output {
         matches!(self.kind, Kind::Elf | Kind::Uf2)
     }
 
+    /// Whether it is a relocatable file.
+    pub fn is_object(&self) -> bool {
+        self.kind == Kind::Object
+    }
+
     /// The family of the bootloader that takes it, of a .uf2.
     pub(super) fn family(&self, board: &Board) -> Result<Option<u32>, Failure> {
         match (self.kind, board.uf2_family) {
@@ -77,8 +99,11 @@ impl Output {
         }
     }
 
-    /// It, and what is written beside it.
-    pub fn files(&self) -> Vec<PathBuf> {
+    /// It, and what is written beside it, for so many chips.
+    pub fn files(&self, chips: u32) -> Vec<PathBuf> {
+        if chips > 1 {
+            return files_of_chips(&self.path, chips);
+        }
         let beside: &[&str] = match self.kind {
             Kind::Elf | Kind::Uf2 | Kind::Wasm => &[],
             Kind::C | Kind::Object => &["h", "rs"],
@@ -90,6 +115,10 @@ impl Output {
 
 impl Files<'_> {
     fn write(&self, args: &Args) -> Outcome {
+        if self.setup.chips > 1 && (args.self_test || !args.output.is_image()) {
+            let why = "several chips are for whole images, .elf and .uf2, that play";
+            return Err(Failure::Usage(why.to_string()));
+        }
         if args.self_test {
             return self.write_self_test(args);
         }
@@ -146,24 +175,65 @@ impl Files<'_> {
         let texts = args.firmware_texts.as_deref();
         let texts = texts.map(|folder| TextFiles::new(folder, &setup.board));
         let texts = texts.transpose()?;
-        let instruments = setup.image_instruments()?;
-        let built = setup.build(&instruments)?;
-        let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());
-        let variables = self.variables(&instruments, &built);
-        let unproven = proof::check(setup, &instruments, built, args.unproven)?;
-        self.listings(args, &image, &setup.board)?;
-        let (path, why) = (&args.output.path, unproven.as_deref());
-        let file = match family {
-            Some(family) => uf2(&image, family, why),
-            None => executable(&image, &variables, why),
-        };
-        put(path, &file)?;
+        let (instruments, chips) = (setup.image_instruments()?, setup.of_chips()?);
+        let chips: Vec<Files> = chips.iter().map(|setup| Files { setup }).collect();
+        let made = chips.iter().map(|chip| {
+            let own = chip.setup.with_own_keys(&instruments);
+            chip.made(args, &own, family)
+        });
+        let made: Vec<MadeImage> = made.collect::<Result<_, _>>()?;
+        for (chip, made) in chips.iter().zip(&made) {
+            chip.listings(args, &made.image, &setup.board)?;
+        }
+        put_together(&made)?;
         texts.map_or(Ok(()), |texts| texts.write())?;
-        self.report_image(path, &image, &keys);
-        if let Some(why) = why {
-            say!("it is not proven to be in time, and says so: {why}");
+        for (chip, made) in chips.iter().zip(&made) {
+            chip.report_image(&made.path, &made.image, &made.keys);
+            if let Some(why) = &made.unproven {
+                say!("it is not proven to be in time, and says so: {why}");
+            }
+        }
+        if chips.len() > 1 {
+            say!(
+                "MIDI goes into chip 1, out of each chip into the next one, and out of the last \
+                 with the notes of all; connect their grounds"
+            );
         }
         Ok(())
+    }
+
+    /// The image of one chip, proven or marked; nothing is written.
+    fn made(
+        &self,
+        args: &Args,
+        instruments: &[ImageInstrument],
+        family: Option<u32>,
+    ) -> Result<MadeImage, Failure> {
+        let setup = self.setup;
+        let built = setup.build(instruments)?;
+        let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());
+        let variables = self.variables(instruments, &built);
+        let unproven = proof::check(setup, instruments, built, args.unproven)?;
+        let file = match family {
+            Some(family) => uf2(&image, family, unproven.as_deref()),
+            None => executable(&image, &variables, unproven.as_deref()),
+        };
+        Ok(MadeImage {
+            path: self.of_chip(&args.output.path),
+            file,
+            image,
+            keys,
+            unproven,
+        })
+    }
+
+    /// The file of this chip, where there are several.
+    fn of_chip(&self, path: &Path) -> PathBuf {
+        let chip = self
+            .setup
+            .chip
+            .map_or((1, 1), |chip| (chip.number, chip.of));
+        file_of_chip(path, chip.0, chip.1)
     }
 
     /// What debuggers may show of the keys of all programs.
@@ -277,13 +347,30 @@ impl Files<'_> {
     /// Map and listing of an image.
     pub(super) fn listings(&self, args: &Args, image: &Image, board: &Board) -> Outcome {
         if let Some(path) = &args.map {
-            put(path, map(image, board).as_bytes())?;
+            put(&self.of_chip(path), map(image, board).as_bytes())?;
         }
         if let Some(path) = &args.listing {
-            put(path, listing(image, &self.setup.map).as_bytes())?;
+            put(
+                &self.of_chip(path),
+                listing(image, &self.setup.map).as_bytes(),
+            )?;
         }
         Ok(())
     }
+}
+
+/// All images or none: where one cannot be written those before it go.
+fn put_together(all: &[MadeImage]) -> Outcome {
+    for (count, own) in all.iter().enumerate() {
+        if let Err(error) = put(&own.path, &own.file) {
+            for written in &all[..count] {
+                // What cannot be removed either has its error told already.
+                let _ = std::fs::remove_file(&written.path);
+            }
+            return Err(error);
+        }
+    }
+    Ok(())
 }
 
 pub(super) fn put(path: &Path, bytes: &[u8]) -> Outcome {

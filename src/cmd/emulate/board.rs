@@ -5,6 +5,7 @@ use whippen_emulator::elf::{Elf, RAM_BASE, regions_for, vector_table};
 use whippen_emulator::{Board, BoardKind, CoreKind, Machine, Ports, Region, build};
 
 use super::{On, value};
+use crate::cmd::setup::counted;
 use crate::exit::Failure;
 
 /// The boards by name.
@@ -34,6 +35,29 @@ impl BoardName {
     /// The core that it has, unless that is free.
     pub fn core(self) -> Option<CoreKind> {
         Some(self.kind()?.board().core)
+    }
+}
+
+/// A board, and how many of it have one keyboard.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Boards {
+    pub name: BoardName,
+    pub chips: u32,
+}
+
+/// Boards by name, `NAME` or `NAME*COUNT`.
+pub fn boards(text: &str) -> Result<Boards, String> {
+    let (name, chips) = counted(text.as_ref())?;
+    let name = name.to_string_lossy();
+    let Ok(name) = BoardName::from_str(&name, false) else {
+        let all = BoardName::value_variants().iter();
+        let names = all.filter_map(ValueEnum::to_possible_value);
+        let names: Vec<String> = names.map(|own| own.get_name().to_string()).collect();
+        return Err(format!("known boards are {}", names.join(", ")));
+    };
+    match (name, chips) {
+        (BoardName::Generic, 2..) => Err("generic is one chip".to_string()),
+        _ => Ok(Boards { name, chips }),
     }
 }
 
@@ -77,7 +101,7 @@ pub fn memory(text: &str) -> Result<MemoryRange, String> {
 /// The machine for an image, and its devices if the board has any.
 pub fn machine(elf: &Elf, core: CoreKind, on: &On) -> Result<(Machine, Option<Ports>), Failure> {
     let cannot_be = |e| Failure::Usage(format!("such a board cannot be: {e}"));
-    let Some(kind) = on.board.kind() else {
+    let Some(kind) = on.board.name.kind() else {
         if let Some(option) = on.devices.wanted() {
             return Err(Failure::Usage(format!(
                 "{option} needs a board with devices: --board rp2350, rp2040 or stm32f4"

@@ -44,7 +44,7 @@ impl Image {
         let wrong =
             |why: &dyn std::fmt::Display| Failure::Usage(format!("`{}` {why}", path.display()));
         let elf = Elf::parse(&bytes, on.core.is_some()).map_err(|e| wrong(&e))?;
-        let core = core_for(&elf, on.board.core().or(on.core));
+        let core = core_for(&elf, on.board.name.core().or(on.core));
         let (mut machine, ports) = board::machine(&elf, core, on)?;
         machine.set_rules(Rules {
             shifted_register_flags: on.shifted_flags,

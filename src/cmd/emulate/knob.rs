@@ -37,7 +37,7 @@ const DATA_DELAY_CYCLES: u64 = 3;
 const TRIP_A: f64 = 2.5;
 
 /// What is on the pins.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "A knob on the pins of rp2350")]
 pub struct KnobArgs {
     /// Wire a knob's sensor, driver and motor to the pins that the `[knob]` of this board names

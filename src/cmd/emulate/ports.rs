@@ -119,7 +119,7 @@ impl Devices {
 }
 
 /// Sensor words in a file: 16 bits each, the low byte first.
-fn words(path: &Path, keys: u32) -> Result<Vec<u16>, Failure> {
+pub fn words(path: &Path, keys: u32) -> Result<Vec<u16>, Failure> {
     let bytes = image::read(path)?;
     let tick = 2 * keys as usize;
     if bytes.is_empty() || !bytes.len().is_multiple_of(tick) {

@@ -24,7 +24,7 @@ use crate::say::{self, tell};
 /// So many cycles at a time.
 const SLICE: u64 = 2_000_000;
 /// And so many while a converter ticks.
-const CONVERTER_SLICE: u64 = 50_000;
+pub(super) const CONVERTER_SLICE: u64 = 50_000;
 
 /// What to do with an image, understood and prepared: memory is set and the core stands before its
 /// first instruction.
