@@ -5,6 +5,7 @@
 //! many rounds.
 
 mod board;
+mod friction;
 mod image;
 mod own;
 mod played;

@@ -5,6 +5,7 @@
 //!   register --> name --> interval       registers with one name hold one value
 //!   flags    --> which of the 16 combinations of N, Z, C, V are possible,
 //!                what was compared (two names), whose sign and zero they show (a name)
+//!   counted  --> a name, and that of how many zeros its value begins with
 //! ```
 //!
 //! A branch keeps the combinations that satisfy its condition, and narrows the intervals of what
@@ -15,6 +16,8 @@ mod effect;
 mod flags;
 mod interval;
 mod merge;
+#[cfg(test)]
+mod tests;
 
 pub use interval::Interval;
 
@@ -41,6 +44,9 @@ pub struct Facts {
     registers: [Name; 16],
     values: SmallVec<[Interval; FEW]>,
     flags: FlagFacts,
+    /// A value above 0, and its leading zeros: moved up by them its top bit is set, which no
+    /// interval of either tells. The last one that was counted.
+    counted: [Name; 2],
 }
 
 impl Facts {
@@ -50,6 +56,7 @@ impl Facts {
             registers: [NONE; 16],
             values: SmallVec::new(),
             flags: FlagFacts::UNKNOWN,
+            counted: [NONE; 2],
         }
     }
 
@@ -158,5 +165,8 @@ impl Facts {
         registers.iter_mut().for_each(&mut renumber);
         self.flags.names_mut().for_each(&mut renumber);
         self.values = kept;
+        let now = |name: Name| renumbered.get(usize::from(name)).copied();
+        let now = self.counted.map(|name| now(name).unwrap_or(NONE));
+        self.counted = if now.contains(&NONE) { [NONE; 2] } else { now };
     }
 }

@@ -26,6 +26,8 @@ impl Facts {
             None
         };
         let result = self.result(inst, at, code);
+        let counts = inst.op() == Op::CLZ && self.interval(inst.m).low > 0;
+        let of = if counts { self.name(inst.m) } else { NONE };
         let name = match result {
             Result::Unknown => NONE,
             Result::Within(interval) => self.new_value(interval),
@@ -39,6 +41,9 @@ impl Facts {
         if has_result || name != NONE && loads(inst) {
             let register = if loads(inst) { inst.t } else { inst.d };
             self.registers[usize::from(register & 15)] = name;
+        }
+        if counts {
+            self.counted = [of, name];
         }
         if sets_flags {
             self.set_flags(inst, compared, name);
@@ -77,6 +82,12 @@ impl Facts {
         }
     }
 
+    /// Whether it moves a value up by its own leading zeros.
+    fn is_counted(&self, inst: &Inst) -> bool {
+        let names = [inst.n, inst.m].map(|register| self.registers[usize::from(register & 15)]);
+        names == self.counted && !names.contains(&NONE)
+    }
+
     fn result(&self, inst: &Inst, at: u32, code: &Code) -> Result {
         let (n, m) = (self.interval(inst.n), self.interval(inst.m));
         let imm = i64::from(inst.imm as i32);
@@ -111,12 +122,19 @@ impl Facts {
                 shifted_left(m.low, inst),
                 shifted_left(m.high, inst),
             )),
+            Op::CLZ if m.low > 0 => within(Interval {
+                low: leading_zeros(m.high),
+                high: leading_zeros(m.low),
+            }),
+            Op::LSL_register if self.is_counted(inst) => within(Interval {
+                low: i64::from(i32::MIN),
+                high: -1,
+            }),
             Op::ASR_immediate => within(shifted_right(m, inst.amount)),
             Op::LSR_immediate if m.low >= 0 => within(shifted_right(m, inst.amount)),
-            Op::LSR_immediate if inst.amount != 0 => within(Interval {
-                low: 0,
-                high: i64::from(u32::MAX) >> inst.amount,
-            }),
+            Op::LSR_immediate if inst.amount != 0 => {
+                within(shifted_right(m.unsigned(), inst.amount))
+            }
             Op::UBFX if inst.imm < 32 => within(Interval {
                 low: 0,
                 high: (1 << inst.imm) - 1,
@@ -158,6 +176,11 @@ impl Facts {
             _ => Result::Unknown,
         }
     }
+}
+
+/// Zeros before the first one of a word above 0.
+fn leading_zeros(word: i64) -> i64 {
+    i64::from(word.leading_zeros()) - 32
 }
 
 /// Whether the result is in `t`.

@@ -7,7 +7,8 @@ use super::{FEW, Facts, NONE, Name};
 impl Facts {
     /// Every place that has a name, in one order for all facts.
     fn places(&self) -> impl Iterator<Item = Name> + '_ {
-        self.registers.iter().copied().chain(self.flags.all_names())
+        let registers = self.registers.iter().copied();
+        registers.chain(self.flags.all_names()).chain(self.counted)
     }
 
     /// Whether all that is known here is known there too: whatever is possible there is possible
@@ -52,9 +53,14 @@ impl Facts {
             .map(|(mine, theirs)| name(mine, theirs));
         let registers: [Name; 16] = std::array::from_fn(|_| names.next().unwrap_or(NONE));
         let flags: [Name; 3] = std::array::from_fn(|_| names.next().unwrap_or(NONE));
+        let counted: [Name; 2] = std::array::from_fn(|_| names.next().unwrap_or(NONE));
         drop(names);
         joined.registers = registers;
         joined.flags = self.flags.joined(&other.flags, flags);
+        joined.counted = match counted.contains(&NONE) {
+            true => [NONE; 2],
+            false => counted,
+        };
         joined
     }
 }

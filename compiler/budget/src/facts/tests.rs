@@ -1,0 +1,76 @@
+//! What is known of a word that is moved up by its own leading zeros.
+
+use std::collections::BTreeMap;
+
+use whippen_isa::{Arch, parse};
+
+use super::{Facts, Interval};
+use crate::Code;
+
+/// What a text leaves in R2, with R0 between these two.
+fn of_r2(from: Facts, texts: &[&str]) -> Interval {
+    let facts = texts.iter().fold(from, |mut facts, text| {
+        let inst = parse(text, Arch::V8M, None).expect("an instruction");
+        facts.execute(&inst, 0, &Code::default());
+        facts
+    });
+    facts.interval(2)
+}
+
+fn with_r0(low: u32, high: u32) -> Facts {
+    Facts::of_registers(&BTreeMap::from([(0, [low, high])]))
+}
+
+/// Every word above 0, moved up so, has its top bit set.
+#[test]
+fn a_word_moved_up_by_its_zeros_has_its_top_bit() {
+    let normal = ["clz r1, r0", "lsl.w r2, r0, r1"];
+    let found = of_r2(with_r0(1, 0x2000), &normal);
+    assert_eq!([found.low, found.high], [i64::from(i32::MIN), -1]);
+    let upper = [&normal[..], &["lsr.w r2, r2, #16"]].concat();
+    let found = of_r2(with_r0(1, 0x2000), &upper);
+    assert_eq!([found.low, found.high], [0x8000, 0xffff]);
+}
+
+#[test]
+fn the_zeros_of_a_range_are_counted() {
+    let found = of_r2(with_r0(0x1000, 0x2_0000), &["clz r2, r0"]);
+    assert_eq!([found.low, found.high], [14, 19]);
+}
+
+/// What may be 0, other zeros, and a word that has changed since tell nothing.
+#[test]
+fn other_words_are_not_taken_for_it() {
+    let any = |from: Facts, texts: &[&str]| assert_eq!(of_r2(from, texts), Interval::ALL);
+    any(with_r0(0, 0x2000), &["clz r1, r0", "lsl.w r2, r0, r1"]);
+    let word = || with_r0(1, 0x2000);
+    any(word(), &["clz r1, r0", "adds r0, #1", "lsl.w r2, r0, r1"]);
+    any(word(), &["clz r1, r0", "adds r1, #1", "lsl.w r2, r0, r1"]);
+    any(word(), &["clz r1, r0", "lsl.w r2, r3, r1"]);
+    any(word(), &["clz r0, r0", "lsl.w r2, r0, r0"]);
+}
+
+/// Where paths meet it is known only if both know it; forgotten registers take it with them.
+#[test]
+fn it_is_known_where_all_paths_know_it() {
+    let run = |texts: &[&str]| {
+        texts.iter().fold(with_r0(1, 0x2000), |mut facts, text| {
+            let inst = parse(text, Arch::V8M, None).expect("an instruction");
+            facts.execute(&inst, 0, &Code::default());
+            facts
+        })
+    };
+    let (counted, other) = (run(&["clz r1, r0"]), run(&["movs r1, #20"]));
+    let shifted = |facts: Facts| of_r2(facts, &["lsl.w r2, r0, r1"]).high;
+    assert_eq!(shifted(counted.join(&counted)), -1);
+    assert_ne!(shifted(counted.join(&other)), -1);
+    assert!(other.covers(&other) && counted.covers(&counted));
+    assert!(!counted.covers(&other));
+    let kept = |registers: u32| {
+        let mut facts = counted.clone();
+        facts.keep(registers);
+        shifted(facts)
+    };
+    assert_eq!(kept(0b11), -1);
+    assert_ne!(kept(0b01), -1);
+}
