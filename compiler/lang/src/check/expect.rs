@@ -61,10 +61,15 @@ impl Elaborator<'_, '_> {
             "{what} must be {}, and `{number}` has no unit",
             wanted.words()
         );
-        let hint = format!(
-            "write it with a unit, such as `{number} {}`",
-            unit.unwrap_or_default()
-        );
+        let hint = match wanted.dim() == Some(Dim::PER_TIME) {
+            true => format!(
+                "write it with a unit, such as `{number} Hz` for a frequency or a pitch, `{number} rad/s` for a rate"
+            ),
+            false => format!(
+                "write it with a unit, such as `{number} {}`",
+                unit.unwrap_or_default()
+            ),
+        };
         let diagnostic = Diagnostic::new(Code::MissingUnit, expr.span, message, "a plain number");
         self.report(diagnostic.hint(hint));
     }

@@ -176,6 +176,10 @@ impl<'a> Elaborator<'a, '_> {
             Advice::did_you_mean(near)
         } else if here.term.is_some() {
             "a term sees only its parameters: add one and hand the value in".into()
+        } else if name == "tension" {
+            "let it be found, with a line `tuned tension to 110 Hz` in the string, or declare it, for example \
+             `let tension = 60 N`"
+                .into()
         } else {
             format!("declare it, for example `let {name} = ..`").into()
         };

@@ -77,6 +77,16 @@ pub const STRINGS: &[Case] = &[
         string!("density 1.6 g/m load t * d2(u) ends clamped tuned t to 294 Hz"),
     ),
     case(
+        "a tension that nobody finds",
+        &["WH0201"],
+        string!("density 1.6 g/m load tension * d2(u) ends pinned"),
+    ),
+    case(
+        "tuned without a unit",
+        &["WH0303"],
+        string!("density 1.6 g/m load t * d2(u) ends pinned tuned t to 294"),
+    ),
+    case(
         "tuned by a tension elsewhere",
         &["WH0425"],
         string!("density 1.6 g/m load 57 N * d2(u) ends pinned tuned t to 294 Hz"),
