@@ -34,6 +34,8 @@ use crate::web;
 const STYLE: &str = include_str!("playable/page.css");
 const PLAYER: &str = include_str!("playable/player.js");
 const WORKLET: &str = include_str!("playable/worklet.js");
+/// What the page's script uses; the studio's too.
+const ELEMENTS: &str = include_str!("web_elements.js");
 const SCRIPT: &str = include_str!("playable/page.js");
 
 /// Nothing is loaded from anywhere; the audio thread's script is a part of the page, and what it
@@ -85,7 +87,7 @@ pub fn page(
          <script type=\"application/wasm\" id=\"module\">{module_text}</script>\n\
          <script type=\"text/plain\" id=\"player\">{PLAYER}</script>\n\
          <script type=\"text/plain\" id=\"worklet\">{WORKLET}</script>\n\
-         <script>\n\"use strict\";\n(() => {{\n{PLAYER}{SCRIPT}}})();\n</script>\n</body>\n</html>\n"
+         <script>\n\"use strict\";\n(() => {{\n{PLAYER}{ELEMENTS}{SCRIPT}}})();\n</script>\n</body>\n</html>\n"
     );
     Ok(PlayablePage {
         html,

@@ -61,7 +61,7 @@ impl StruckNotes {
     /// `release` are passed over, and keys that MIDI has no number for. Times (s) do not go
     /// backwards.
     pub fn event(&mut self, t_s: f64, key: u8, name: &str, args: &[f64]) {
-        let at = (t_s * 2.0 * f64::from(BEAT_TICKS)).round().max(0.0) as u64;
+        let at = midi_tick(t_s);
         let Some(key) = u7::try_from(key) else {
             return;
         };
@@ -90,8 +90,8 @@ impl StruckNotes {
     /// The file cannot be written.
     pub fn write(mut self, path: &Path, end_s: f64) -> Result<(), FileError> {
         for key in std::mem::take(&mut self.down) {
-            let end = (end_s * 2.0 * f64::from(BEAT_TICKS)).round() as u64;
-            self.sent.push((end, key, PLAIN_RELEASE, false));
+            self.sent
+                .push((midi_tick(end_s), key, PLAIN_RELEASE, false));
         }
         let track = self.track();
         let header = Header::new(Format::SingleTrack, Timing::Metrical(u15::new(BEAT_TICKS)));
@@ -140,6 +140,11 @@ impl StruckNotes {
         push(last, TrackEventKind::Meta(MetaMessage::EndOfTrack));
         track
     }
+}
+
+/// The tick of the file at a time (s).
+fn midi_tick(t_s: f64) -> u64 {
+    (t_s * 2.0 * f64::from(BEAT_TICKS)).round().max(0.0) as u64
 }
 
 fn event(delta: u28, kind: TrackEventKind<'static>) -> TrackEvent<'static> {

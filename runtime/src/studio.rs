@@ -33,7 +33,7 @@ const WORKER: &str = include_str!("studio/worker.js");
 const GRAMMAR: &str = include_str!("../../editors/vscode/syntaxes/whip.tmLanguage.json");
 /// The page's own scripts, in this order.
 const SCRIPTS: &[&str] = &[
-    include_str!("studio/common.js"),
+    include_str!("web_elements.js"),
     include_str!("studio/compiler.js"),
     include_str!("studio/language.js"),
     include_str!("studio/editor.js"),

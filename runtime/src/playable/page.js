@@ -7,18 +7,6 @@ const map = JSON.parse(new TextDecoder().decode(section));
 const { meaning } = map;
 const { ports, firstNote, mark } = data;
 const rate = map.rate_hz[0] / map.rate_hz[1];
-const find = (query) => document.querySelector(query);
-
-/** An element with attributes and children; functions become listeners. */
-function el(tag, attributes = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (typeof value === "function") element.addEventListener(name.slice(2), value);
-    else element.setAttribute(name, value);
-  }
-  element.append(...children);
-  return element;
-}
 
 const status = (text) => (find("#status").textContent = text);
 const hand = Object.fromEntries(data.hand.map(([name, value]) => [name, value]));

@@ -1,4 +1,4 @@
-// What all scripts of the page use.
+// What the scripts of the pages that play and of the studio use.
 
 const find = (query) => document.querySelector(query);
 
