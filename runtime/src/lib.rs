@@ -56,6 +56,8 @@ pub mod stroke;
 pub mod struck;
 #[cfg(not(target_family = "wasm"))]
 pub mod studio;
+#[cfg(not(target_family = "wasm"))]
+pub mod study;
 pub mod titles;
 pub mod trace;
 pub mod trajectory;

@@ -62,6 +62,7 @@ mod stability;
 mod strings;
 mod strokes;
 mod studio;
+mod study;
 mod sweep;
 mod tables;
 mod told;

@@ -1,0 +1,246 @@
+//! A trace as a file of numpy's arrays (`.npz`), written row by row while a run goes on.
+//!
+//! ```text
+//!   trace     one array of records, a field a column: np.load(file)["trace"]["x_m"]
+//!   meaning   what the columns are, as a text of JSON: names, units, names of states
+//! ```
+//!
+//! The file is a ZIP archive without compression; how many rows there are, and the checksums, are
+//! written into its heads when the last row is known.
+//!
+//! Not here: tables of text (`tables`).
+
+use std::io::{self, Seek, SeekFrom, Write};
+
+use crc32fast::Hasher;
+use serde_json::json;
+
+use super::{Form, Heading};
+
+/// The most bytes of an entry: beyond them a ZIP archive has another form.
+const BYTES_MAX: u64 = 0xffff_0000;
+/// The longest name of a field in characters, with all that the head of an array says besides.
+const HEAD_ROOM: usize = 96;
+
+/// A file of arrays.
+pub struct ArrayFile<W: Write + Seek> {
+    to: W,
+    form: Form,
+    /// Fields of a record, as numpy describes them.
+    fields: String,
+    meaning: String,
+    /// Bytes of the head of the array.
+    head: usize,
+    rows: u64,
+    hasher: Hasher,
+    row: Vec<u8>,
+}
+
+/// An entry of the archive.
+struct Entry {
+    name: &'static str,
+    crc: u32,
+    bytes: u32,
+    at: u32,
+}
+
+impl Entry {
+    /// What both heads of an entry have in common.
+    fn common(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        // Version 2.0, no flags, stored, midnight of the first day of 1980.
+        for word in [20_u16, 0, 0, 0, 0x21] {
+            bytes.extend(word.to_le_bytes());
+        }
+        for word in [self.crc, self.bytes, self.bytes] {
+            bytes.extend(word.to_le_bytes());
+        }
+        bytes.extend((self.name.len() as u16).to_le_bytes());
+        bytes.extend(0_u16.to_le_bytes());
+        bytes
+    }
+
+    fn local(&self) -> Vec<u8> {
+        [b"PK\x03\x04", &self.common()[..], self.name.as_bytes()].concat()
+    }
+
+    fn central(&self) -> Vec<u8> {
+        let mut bytes = [b"PK\x01\x02", &20_u16.to_le_bytes()[..], &self.common()].concat();
+        // No comment, disk 0, no attributes.
+        bytes.extend([0; 10]);
+        bytes.extend(self.at.to_le_bytes());
+        bytes.extend(self.name.as_bytes());
+        bytes
+    }
+}
+
+const TRACE: &str = "trace.npy";
+
+/// The head of an array, so long.
+fn array_head(kind: &str, shape: &str, room: usize) -> Vec<u8> {
+    let text = format!("{{'descr': {kind}, 'fortran_order': False, 'shape': {shape}, }}");
+    let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
+    bytes.extend((room as u32 - 12).to_le_bytes());
+    bytes.extend(text.as_bytes());
+    bytes.resize(room - 1, b' ');
+    bytes.push(b'\n');
+    bytes
+}
+
+impl<W: Write + Seek> ArrayFile<W> {
+    /// Begins a file of these columns, after the time.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn new<'h>(
+        mut to: W,
+        headings: impl Iterator<Item = &'h Heading>,
+        form: Form,
+    ) -> io::Result<ArrayFile<W>> {
+        let headings: Vec<&Heading> = headings.collect();
+        let titles = headings.iter().map(|heading| heading.title());
+        let titles = std::iter::once("t_s".to_string()).chain(titles);
+        let fields: Vec<String> = titles.map(|title| format!("('{title}', '<f8')")).collect();
+        let fields = format!("[{}]", fields.join(", "));
+        let column = |heading: &&Heading| {
+            json!({
+                "title": heading.title(), "name": heading.name, "unit": heading.unit,
+                "labels": heading.labels, "step": heading.step,
+            })
+        };
+        let columns: Vec<_> = headings.iter().map(column).collect();
+        let head = (fields.len() + HEAD_ROOM).next_multiple_of(64);
+        let begun = Entry {
+            name: TRACE,
+            crc: 0,
+            bytes: 0,
+            at: 0,
+        };
+        to.write_all(&begun.local())?;
+        to.write_all(&vec![b' '; head])?;
+        Ok(ArrayFile {
+            to,
+            form,
+            fields,
+            meaning: json!({ "columns": columns }).to_string(),
+            head,
+            rows: 0,
+            hasher: Hasher::new(),
+            row: Vec::new(),
+        })
+    }
+
+    /// Whether a tick has a row.
+    pub fn wants(&self, tick: usize) -> bool {
+        tick.is_multiple_of(self.form.every.max(1))
+    }
+
+    /// The row of a tick at a time (s), if it has one.
+    ///
+    /// # Errors
+    /// Those of the writer; the file would be longer than 4 GB.
+    pub fn row(&mut self, tick: usize, t_s: f64, values: &[f64]) -> io::Result<()> {
+        if !self.wants(tick) {
+            return Ok(());
+        }
+        self.row.clear();
+        for value in std::iter::once(&t_s).chain(values) {
+            self.row.extend(value.to_le_bytes());
+        }
+        if (self.rows + 1) * self.row.len() as u64 + self.head as u64 > BYTES_MAX {
+            let what = "such a file has at most 4 GB: fewer --columns, or --every 10";
+            return Err(io::Error::other(what));
+        }
+        self.rows += 1;
+        self.hasher.update(&self.row);
+        self.to.write_all(&self.row)
+    }
+
+    /// Ends it; what was written to.
+    ///
+    /// # Errors
+    /// Those of the writer, which must be able to go back.
+    pub fn finish(mut self) -> io::Result<W> {
+        let head = array_head(&self.fields, &format!("({},)", self.rows), self.head);
+        let mut hasher = Hasher::new();
+        hasher.update(&head);
+        hasher.combine(&self.hasher);
+        let end = self.to.stream_position()?;
+        let begun = 30 + TRACE.len() as u64;
+        let trace = Entry {
+            name: TRACE,
+            crc: hasher.finalize(),
+            bytes: (end - begun) as u32,
+            at: 0,
+        };
+        self.to.seek(SeekFrom::Start(0))?;
+        self.to.write_all(&trace.local())?;
+        self.to.write_all(&head)?;
+        self.to.seek(SeekFrom::Start(end))?;
+        let letters = self.meaning.chars().count();
+        let mut text = array_head(&format!("'<U{letters}'"), "()", 128);
+        text.extend(
+            self.meaning
+                .chars()
+                .flat_map(|letter| u32::from(letter).to_le_bytes()),
+        );
+        let meaning = Entry {
+            name: "meaning.npy",
+            crc: crc32fast::hash(&text),
+            bytes: text.len() as u32,
+            at: end as u32,
+        };
+        self.to.write_all(&meaning.local())?;
+        self.to.write_all(&text)?;
+        let directory = self.to.stream_position()?;
+        let central = [trace.central(), meaning.central()].concat();
+        self.to.write_all(&central)?;
+        let mut last = b"PK\x05\x06\0\0\0\0\x02\0\x02\0".to_vec();
+        for word in [central.len() as u32, directory as u32] {
+            last.extend(word.to_le_bytes());
+        }
+        last.extend([0; 2]);
+        self.to.write_all(&last)?;
+        Ok(self.to)
+    }
+}
+
+/// The file of a trace, of either kind.
+pub enum TraceFile<W: Write + Seek> {
+    /// Text.
+    Table(super::TickTable<W>),
+    /// Arrays.
+    Arrays(ArrayFile<W>),
+}
+
+impl<W: Write + Seek> TraceFile<W> {
+    /// Whether a tick has a row.
+    pub fn wants(&self, tick: usize) -> bool {
+        match self {
+            TraceFile::Table(table) => table.wants(tick),
+            TraceFile::Arrays(arrays) => arrays.wants(tick),
+        }
+    }
+
+    /// The row of a tick at a time (s), if it has one.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn row(&mut self, tick: usize, t_s: f64, values: &[f64]) -> io::Result<()> {
+        match self {
+            TraceFile::Table(table) => table.row(tick, t_s, values),
+            TraceFile::Arrays(arrays) => arrays.row(tick, t_s, values),
+        }
+    }
+
+    /// What was written to, with all rows.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn into_inner(self) -> io::Result<W> {
+        match self {
+            TraceFile::Table(table) => table.into_inner(),
+            TraceFile::Arrays(arrays) => arrays.finish(),
+        }
+    }
+}
