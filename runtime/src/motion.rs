@@ -25,6 +25,7 @@ pub(crate) mod table;
 mod titled;
 pub mod tune;
 mod uniform;
+mod wav;
 
 #[cfg(test)]
 mod recordings;
@@ -69,6 +70,13 @@ pub enum Layout {
         column: usize,
         /// A table that turns readings into positions; without it they are metres.
         calibration: Option<PathBuf>,
+    },
+    /// A channel of a WAV file.
+    Wav {
+        /// Which, counted from 1.
+        channel: usize,
+        /// What a sample of full scale is (SI).
+        full_scale: f64,
     },
 }
 
@@ -301,6 +309,20 @@ fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
                 samples_read: rows,
                 calibration_clipped: 0,
                 notes,
+            })
+        }
+        Layout::Wav {
+            channel,
+            full_scale,
+        } => {
+            let wav = wav::read(path, *channel, *full_scale)?;
+            Ok(Source {
+                rate_hz: wav.rate_hz,
+                start_s: 0.0,
+                samples_read: wav.positions.len(),
+                positions_m: wav.positions,
+                calibration_clipped: 0,
+                notes: Vec::new(),
             })
         }
         Layout::Raw {

@@ -29,6 +29,7 @@ mod functions;
 mod grammar;
 mod ideal;
 mod import;
+mod interchange;
 mod keyboard;
 mod language;
 mod library;

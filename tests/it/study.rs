@@ -128,7 +128,10 @@ fn results_are_told_and_drawn() {
     assert!(out.contains("enjoyment: 12 people"), "{out}");
     let html = std::fs::read_to_string(shell.path("results.html")).expect("a page");
     assert_eq!(html.matches("<svg").count(), 7);
-    assert!(html.contains("synthetic: invented numbers"), "marked");
+    assert!(
+        html.contains("Synthetic: these numbers are invented"),
+        "marked"
+    );
     let broken = Shell::new().with("s.csv", "a,b\n1,2\n");
     let words = ["study", &plan, "--results", "s.csv", "-o", "r.html"];
     broken.refuses(2, &words, &["begins with participant,order"]);

@@ -52,11 +52,15 @@ pub fn results(plan: &Plan, rows: &[Row], command: &str) -> Result<(String, Stri
         );
     }
     sections.push_str(&said(plan, rows));
+    let synthetic = match rows.iter().any(|row| row.kind == "synthetic") {
+        true => "<p><strong>Synthetic: these numbers are invented, nobody answered.</strong></p>\n",
+        false => "",
+    };
     let html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
-         <title>{0}: results</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{0}: results</h1>\n\
+         <title>{0}: results</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{0}: results</h1>\n{synthetic}\
          <p>Boxes reach from the lower to the upper quartile, with the median in them; whiskers to the last answer within one and a half times their height.\n\
          Friedman's test asks whether conditions differ at all (p by {SHUFFLES} permutations within persons, fixed seed); \
          Wilcoxon's signed ranks ask which pairs do (exact p, two-sided, corrected by Holm within each question).</p>\n{sections}</main>\n\
