@@ -12,6 +12,7 @@
 //!
 //! Not here: the language (the compiler), what instructions do (the emulator).
 
+pub mod archive;
 pub mod automation;
 pub mod board;
 pub mod closed;
@@ -26,6 +27,7 @@ pub mod experiment;
 mod fields;
 pub mod files;
 pub mod fit;
+pub mod fmu;
 pub mod gesture;
 pub mod image;
 pub mod judged;

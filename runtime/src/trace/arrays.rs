@@ -16,6 +16,7 @@ use crc32fast::Hasher;
 use serde_json::json;
 
 use super::{Form, Heading};
+use crate::archive::{Entry, directory};
 
 /// The most bytes of an entry: beyond them a ZIP archive has another form.
 const BYTES_MAX: u64 = 0xffff_0000;
@@ -34,44 +35,6 @@ pub struct ArrayFile<W: Write + Seek> {
     rows: u64,
     hasher: Hasher,
     row: Vec<u8>,
-}
-
-/// An entry of the archive.
-struct Entry {
-    name: &'static str,
-    crc: u32,
-    bytes: u32,
-    at: u32,
-}
-
-impl Entry {
-    /// What both heads of an entry have in common.
-    fn common(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        // Version 2.0, no flags, stored, midnight of the first day of 1980.
-        for word in [20_u16, 0, 0, 0, 0x21] {
-            bytes.extend(word.to_le_bytes());
-        }
-        for word in [self.crc, self.bytes, self.bytes] {
-            bytes.extend(word.to_le_bytes());
-        }
-        bytes.extend((self.name.len() as u16).to_le_bytes());
-        bytes.extend(0_u16.to_le_bytes());
-        bytes
-    }
-
-    fn local(&self) -> Vec<u8> {
-        [b"PK\x03\x04", &self.common()[..], self.name.as_bytes()].concat()
-    }
-
-    fn central(&self) -> Vec<u8> {
-        let mut bytes = [b"PK\x01\x02", &20_u16.to_le_bytes()[..], &self.common()].concat();
-        // No comment, disk 0, no attributes.
-        bytes.extend([0; 10]);
-        bytes.extend(self.at.to_le_bytes());
-        bytes.extend(self.name.as_bytes());
-        bytes
-    }
 }
 
 const TRACE: &str = "trace.npy";
@@ -111,12 +74,12 @@ impl<W: Write + Seek> ArrayFile<W> {
         let columns: Vec<_> = headings.iter().map(column).collect();
         let head = (fields.len() + HEAD_ROOM).next_multiple_of(64);
         let begun = Entry {
-            name: TRACE,
+            name: TRACE.to_string(),
             crc: 0,
             bytes: 0,
             at: 0,
         };
-        to.write_all(&begun.local())?;
+        to.write_all(&begun.head())?;
         to.write_all(&vec![b' '; head])?;
         Ok(ArrayFile {
             to,
@@ -166,15 +129,15 @@ impl<W: Write + Seek> ArrayFile<W> {
         hasher.update(&head);
         hasher.combine(&self.hasher);
         let end = self.to.stream_position()?;
-        let begun = 30 + TRACE.len() as u64;
+        let begun = Entry::HEAD + TRACE.len() as u64;
         let trace = Entry {
-            name: TRACE,
+            name: TRACE.to_string(),
             crc: hasher.finalize(),
             bytes: (end - begun) as u32,
             at: 0,
         };
         self.to.seek(SeekFrom::Start(0))?;
-        self.to.write_all(&trace.local())?;
+        self.to.write_all(&trace.head())?;
         self.to.write_all(&head)?;
         self.to.seek(SeekFrom::Start(end))?;
         let letters = self.meaning.chars().count();
@@ -185,22 +148,16 @@ impl<W: Write + Seek> ArrayFile<W> {
                 .flat_map(|letter| u32::from(letter).to_le_bytes()),
         );
         let meaning = Entry {
-            name: "meaning.npy",
+            name: "meaning.npy".to_string(),
             crc: crc32fast::hash(&text),
             bytes: text.len() as u32,
             at: end as u32,
         };
-        self.to.write_all(&meaning.local())?;
+        self.to.write_all(&meaning.head())?;
         self.to.write_all(&text)?;
-        let directory = self.to.stream_position()?;
-        let central = [trace.central(), meaning.central()].concat();
-        self.to.write_all(&central)?;
-        let mut last = b"PK\x05\x06\0\0\0\0\x02\0\x02\0".to_vec();
-        for word in [central.len() as u32, directory as u32] {
-            last.extend(word.to_le_bytes());
-        }
-        last.extend([0; 2]);
-        self.to.write_all(&last)?;
+        let at = self.to.stream_position()?;
+        self.to
+            .write_all(&directory(&[trace, meaning], at as u32))?;
         Ok(self.to)
     }
 }

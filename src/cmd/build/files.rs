@@ -26,6 +26,7 @@ enum Kind {
     Object,
     C,
     Wasm,
+    Fmu,
 }
 
 /// The file that was asked for.
@@ -44,7 +45,11 @@ pub fn output(name: OsString) -> Result<Output, String> {
         Some("o") => Kind::Object,
         Some("c") => Kind::C,
         Some("wasm") => Kind::Wasm,
-        _ => return Err("its ending says what to make: .elf, .uf2, .o, .c or .wasm".to_string()),
+        Some("fmu") => Kind::Fmu,
+        _ => {
+            let what = "its ending says what to make: .elf, .uf2, .o, .c, .wasm or .fmu";
+            return Err(what.to_string());
+        }
     };
     Ok(Output { path, kind })
 }
@@ -105,7 +110,7 @@ impl Output {
             return files_of_chips(&self.path, chips);
         }
         let beside: &[&str] = match self.kind {
-            Kind::Elf | Kind::Uf2 | Kind::Wasm => &[],
+            Kind::Elf | Kind::Uf2 | Kind::Wasm | Kind::Fmu => &[],
             Kind::C | Kind::Object => &["h", "rs"],
         };
         let beside = beside.iter().map(|ending| self.path.with_extension(ending));
@@ -130,13 +135,13 @@ impl Files<'_> {
             self.setup.check_asks_for_no_firmware()?;
         }
         match args.output.kind {
-            Kind::C | Kind::Wasm if args.map.is_some() || args.listing.is_some() => {
-                let why =
-                    "--map and --listing show machine code; C and WebAssembly have none: make a .o";
+            Kind::C | Kind::Wasm | Kind::Fmu if args.map.is_some() || args.listing.is_some() => {
+                let why = "--map and --listing show machine code; C, WebAssembly and FMUs have none: make a .o";
                 Err(Failure::Usage(why.to_string()))
             }
             Kind::C => self.write_c(&args.output.path),
             Kind::Wasm => self.write_wasm(&args.output.path),
+            Kind::Fmu => self.write_fmu(&args.output.path),
             Kind::Object => self.write_object(args),
             Kind::Elf | Kind::Uf2 => self.write_image(args),
         }
