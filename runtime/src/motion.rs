@@ -314,17 +314,7 @@ fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
         Layout::Wav {
             channel,
             full_scale,
-        } => {
-            let wav = wav::read(path, *channel, *full_scale)?;
-            Ok(Source {
-                rate_hz: wav.rate_hz,
-                start_s: 0.0,
-                samples_read: wav.positions.len(),
-                positions_m: wav.positions,
-                calibration_clipped: 0,
-                notes: Vec::new(),
-            })
-        }
+        } => read_wav(path, *channel, *full_scale),
         Layout::Raw {
             rate_hz,
             column,
@@ -352,6 +342,18 @@ fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
             })
         }
     }
+}
+
+fn read_wav(path: &Path, channel: usize, full_scale: f64) -> Result<Source, FileError> {
+    let wav = wav::read(path, channel, full_scale)?;
+    Ok(Source {
+        rate_hz: wav.rate_hz,
+        start_s: 0.0,
+        samples_read: wav.positions.len(),
+        positions_m: wav.positions,
+        calibration_clipped: 0,
+        notes: Vec::new(),
+    })
 }
 
 fn map_stops(positions_m: &mut [f64], stops: Stops) -> Result<(), String> {

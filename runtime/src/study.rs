@@ -26,11 +26,11 @@ mod session;
 mod statistics;
 
 pub use order::{kind, order, rows};
-pub use page::{Playing, page};
-pub use plan::{Condition, Item, Plan, Target, Task};
+pub use page::{ConditionPage, page};
+pub use plan::{Condition, Item, Plan, StudyTask, Target};
 pub use replay::digests;
 pub use results::results;
-pub use session::{Row, TITLES, read};
+pub use session::{SessionRow, TITLES, read};
 pub use statistics::{
     Friedman, SHUFFLES, SignedRanks, friedman, holm, mid_ranks, quartiles, signed_ranks,
 };

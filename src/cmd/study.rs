@@ -11,7 +11,7 @@ use whippen_runtime::device::Device;
 use whippen_runtime::files::{FileError, InputKind, read_text, write_whole};
 use whippen_runtime::playable::PlayablePage;
 use whippen_runtime::preset;
-use whippen_runtime::study::{self, Condition, Plan, Playing, Row};
+use whippen_runtime::study::{self, Condition, ConditionPage, Plan, SessionRow};
 
 use super::file_plan::FilePlan;
 use super::opened::Opened;
@@ -150,7 +150,7 @@ fn make(args: &Args, plan: &Plan, output: &Path) -> Outcome {
     for condition in &plan.conditions {
         let (compiled, _, page) = played(args, condition)?;
         check_targets(args, plan, condition, &compiled)?;
-        playing.push(Playing {
+        playing.push(ConditionPage {
             html: page.html,
             rate_hz: f64::from(compiled.model.rate_hz),
         });
@@ -170,11 +170,12 @@ fn make(args: &Args, plan: &Plan, output: &Path) -> Outcome {
 }
 
 /// The rows of sessions, each participant once.
-fn sessions(paths: &[PathBuf]) -> Result<Vec<Row>, Failure> {
-    let mut all: Vec<Row> = Vec::new();
+fn sessions(paths: &[PathBuf]) -> Result<Vec<SessionRow>, Failure> {
+    let mut all: Vec<SessionRow> = Vec::new();
     for path in paths {
         let rows = study::read(path).map_err(usage)?;
-        let known = |row: &&Row| all.iter().any(|other| other.participant == row.participant);
+        let known =
+            |row: &&SessionRow| all.iter().any(|other| other.participant == row.participant);
         if let Some(row) = rows.iter().find(known) {
             let what = format!("participant {} is in two sessions", row.participant);
             return Err(usage(FileError::new(path, what).at_line(row.line)));

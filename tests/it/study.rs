@@ -109,12 +109,13 @@ fn a_session_in_a_browser_is_played_again_bit_for_bit() {
     );
     let (out, _) = shell.ends(0, &["study", "plan.toml", "--replay", "session.csv"]);
     assert_eq!(out.matches("the same words").count(), 2, "{out}");
-    // Another digest, another strength: it is found.
+    // Another digest is found.
     let words = table.split(",words,marked,,,").nth(1).expect("digests");
     let first = &words[..8];
     let shell = shell.with("other.csv", &table.replacen(first, "00000000", 1));
     let (out, _) = shell.ends(1, &["study", "plan.toml", "--replay", "other.csv"]);
     assert!(out.contains("other words in second 0"), "{out}");
+    // Live values are a part of a gesture: another value of the plan changes nothing.
     let shell = shell.with("other.toml", &PLAN.replace("0.8", "0.7"));
     shell.ends(0, &["study", "other.toml", "--replay", "session.csv"]);
 }

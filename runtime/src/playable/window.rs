@@ -20,27 +20,27 @@ const MOVING_MAX: usize = 64;
 
 /// Where the words of a force or of a touch are found.
 #[derive(Debug, Clone, Copy)]
-enum Source {
+enum ToolSource {
     Drive(usize),
     Port(usize),
     Live(usize),
 }
 
-impl Source {
+impl ToolSource {
     fn json(self) -> Value {
         match self {
-            Source::Drive(at) => json!({ "drive": at }),
-            Source::Port(at) => json!({ "port": at }),
-            Source::Live(at) => json!({ "live": at }),
+            ToolSource::Drive(at) => json!({ "drive": at }),
+            ToolSource::Port(at) => json!({ "port": at }),
+            ToolSource::Live(at) => json!({ "live": at }),
         }
     }
 }
 
 /// How the tool is put down.
 #[derive(Debug, Clone, Copy)]
-struct Touch {
+struct ToolTouch {
     /// What a pointer moves by being down.
-    moves: Source,
+    moves: ToolSource,
     /// Where it is while no pointer is down (SI).
     up: f64,
     /// Where it is at first while one is (SI).
@@ -51,7 +51,7 @@ struct Touch {
 
 /// The window of an instrument.
 #[derive(Debug, Clone, Copy)]
-struct Layout {
+struct WindowLayout {
     instrument: &'static str,
     tool: &'static str,
     /// The ports of the pad, to the right and upwards.
@@ -60,9 +60,9 @@ struct Layout {
     upright: bool,
     /// The ports of a view from the front, if there is one.
     front: Option<[usize; 2]>,
-    touch: Touch,
+    touch: ToolTouch,
     /// The force by which the tool is coloured.
-    force: Source,
+    force: ToolSource,
     /// The port by which a bow leans, and half its length (m).
     bow: Option<(usize, f64)>,
     /// Where each string or mass rests: in the pad's ports, and in those of the front view.
@@ -76,84 +76,84 @@ const VIOLIN: [[f64; 2]; 4] = [
     [0.075, -0.010],
 ];
 
-const LAYOUTS: [Layout; 5] = [
-    Layout {
+const LAYOUTS: [WindowLayout; 5] = [
+    WindowLayout {
         instrument: "bowed_violin",
         tool: "bow",
         pad: [0, 2],
         upright: true,
         front: Some([0, 1]),
-        touch: Touch {
-            moves: Source::Port(1),
+        touch: ToolTouch {
+            moves: ToolSource::Port(1),
             up: 0.045,
             down: 0.02,
             levels: [0.0245, -0.02],
         },
-        force: Source::Drive(1),
+        force: ToolSource::Drive(1),
         bow: Some((3, 0.225)),
         places: |at| VIOLIN[at.min(3)],
     },
-    Layout {
+    WindowLayout {
         instrument: "rubbed_bank",
         tool: "stick",
         pad: [0, 2],
         upright: true,
         front: None,
-        touch: Touch {
-            moves: Source::Port(1),
+        touch: ToolTouch {
+            moves: ToolSource::Port(1),
             up: 0.01,
             down: -0.004,
             levels: [-0.0005, -0.015],
         },
-        force: Source::Drive(1),
+        force: ToolSource::Drive(1),
         bow: None,
         places: |at| [0.0, 0.007 * at as f64 - 0.035],
     },
-    Layout {
+    WindowLayout {
         instrument: "rubbed_mouse",
         tool: "stick",
         pad: [0, 1],
         upright: true,
         front: None,
-        touch: Touch {
-            moves: Source::Live(0),
+        touch: ToolTouch {
+            moves: ToolSource::Live(0),
             up: 0.0,
             down: 30.0,
             levels: [1.0, 1000.0],
         },
-        force: Source::Live(0),
+        force: ToolSource::Live(0),
         bow: None,
         places: |at| [0.5, 0.1 * at as f64],
     },
-    Layout {
+    WindowLayout {
         instrument: "rubbed_pad",
         tool: "stick",
         pad: [0, 1],
         upright: true,
         front: None,
-        touch: Touch {
-            moves: Source::Port(2),
+        touch: ToolTouch {
+            moves: ToolSource::Port(2),
             up: 0.0,
             down: 2.0,
             levels: [0.1, 20.0],
         },
-        force: Source::Port(2),
+        force: ToolSource::Port(2),
         bow: None,
         places: |at| [0.12, 0.014 * at as f64],
     },
-    Layout {
+    WindowLayout {
         instrument: "keytar",
         tool: "plectrum",
         pad: [0, 1],
         upright: false,
         front: None,
-        touch: Touch {
-            moves: Source::Port(2),
+        touch: ToolTouch {
+            moves: ToolSource::Port(2),
             up: 0.01,
             down: -0.003,
             levels: [-0.001, -0.015],
         },
-        force: Source::Drive(1),
+        force: ToolSource::Drive(1),
         bow: None,
         places: |at| [0.0, 0.010 * at as f64 - 0.025],
     },

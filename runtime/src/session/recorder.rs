@@ -19,9 +19,7 @@ use crate::sound::SoundFile;
 use crate::spectrogram::Spectrogram;
 use crate::sticking::FrictionTally;
 use crate::struck::StruckNotes;
-use crate::trace::{
-    ArrayFile, Column, EventRow, EventTable, Form, Heading, TickTable, Trace, TraceFile,
-};
+use crate::trace::{Column, EventRow, EventTable, Form, Heading, Trace, TraceFile};
 
 /// How much of a run is kept in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

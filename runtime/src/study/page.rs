@@ -31,7 +31,7 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsaf
 
 /// What plays in a condition.
 #[derive(Debug, Clone)]
-pub struct Playing {
+pub struct ConditionPage {
     /// The page that plays it ([`crate::playable`]).
     pub html: String,
     /// Ticks a second.
@@ -42,7 +42,7 @@ pub struct Playing {
 ///
 /// # Errors
 /// The system cannot compress, in words.
-pub fn page(plan: &Plan, playing: &[Playing], command: &str) -> Result<String, String> {
+pub fn page(plan: &Plan, playing: &[ConditionPage], command: &str) -> Result<String, String> {
     let mut html = String::new();
     let title = escape(&plan.title);
     let doc = plan.doc.split("\n\n").map(escape);
@@ -84,7 +84,7 @@ pub fn page(plan: &Plan, playing: &[Playing], command: &str) -> Result<String, S
     Ok(html)
 }
 
-fn data(plan: &Plan, playing: &[Playing]) -> Value {
+fn data(plan: &Plan, playing: &[ConditionPage]) -> Value {
     let conditions = plan.conditions.iter().zip(playing).map(|(one, playing)| {
         json!({ "name": one.name, "title": one.title, "knobs": one.knobs, "rate": playing.rate_hz })
     });

@@ -22,7 +22,7 @@ pub struct Plan {
     /// What is played, in the order of the text.
     pub conditions: Vec<Condition>,
     /// What is done in each condition.
-    pub tasks: Vec<Task>,
+    pub tasks: Vec<StudyTask>,
     /// What is asked after each condition.
     pub items: Vec<Item>,
     /// The words at the two ends of the scale.
@@ -56,7 +56,7 @@ pub struct Condition {
 
 /// What is done.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Task {
+pub struct StudyTask {
     /// Short, for tables.
     pub name: String,
     /// What participants read.
@@ -203,7 +203,7 @@ fn condition(fields: &Fields) -> Result<Condition, FileError> {
     })
 }
 
-fn task(fields: &Fields) -> Result<Task, FileError> {
+fn task(fields: &Fields) -> Result<StudyTask, FileError> {
     let lasts = fields.text("lasts", "60 s")?;
     let lasts_s = seconds(&lasts.text).map_err(|why| fields.source.error(lasts.line, why))?;
     if !(lasts_s > 0.0 && lasts_s <= LASTS_MAX_S) {
@@ -225,7 +225,7 @@ fn task(fields: &Fields) -> Result<Task, FileError> {
             repeats: fields.count("repeats")?.unwrap_or(1),
         }),
     };
-    Ok(Task {
+    Ok(StudyTask {
         name: filled(fields, "name", "explore")?,
         text: filled(fields, "text", "Play as you like.")?,
         lasts_s,

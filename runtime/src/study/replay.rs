@@ -28,10 +28,10 @@ pub fn digests(
     ticks: u64,
 ) -> Result<Vec<String>, String> {
     let bytes = unpacked(packed)?;
-    let mut gesture = Gesture { bytes: &bytes };
+    let mut gesture = PackedGesture { bytes: &bytes };
     let kernel = &compiled.lowered.kernel;
     let (ports, lives) = (kernel.inputs.len(), kernel.lives.len());
-    let mut engine = Engine::new(EngineKind::Interp, compiled, device, 1)?;
+    let mut engine = Engine::new(EngineKind::Jit, compiled, device, 1)?;
     let mut words = vec![0_u16; ports];
     for word in &mut words {
         *word = gesture.number(2)? as u16;
@@ -47,8 +47,7 @@ pub fn digests(
     let mut next = gesture.change(ports + lives)?;
     let (mut hash, mut all, mut since) = (BASIS, Vec::new(), 0_u64);
     for tick in 0..ticks {
-        while let Some((wait, which)) = next.filter(|(wait, _)| *wait == since) {
-            let _ = wait;
+        while let Some((_, which)) = next.filter(|(wait, _)| *wait == since) {
             match which.checked_sub(ports) {
                 None => words[which] = gesture.number(2)? as u16,
                 Some(live) => set(compiled, &mut engine, live, gesture.number(4)? as i32)?,
@@ -60,9 +59,9 @@ pub fn digests(
         for word in &drive {
             mix(&mut hash, &word.to_le_bytes());
         }
-        if let Engine::Interp(_, interp) = &engine {
+        if let Engine::Jit(_, code) = &engine {
             for cell in &channels {
-                let sample = interp.cell(0, *cell as usize, 0).unwrap_or_default() as i32;
+                let sample = code.cell(0, *cell, 0).unwrap_or_default() as i32;
                 mix(&mut hash, &sample.to_le_bytes());
             }
         }
@@ -102,11 +101,11 @@ fn unpacked(packed: &str) -> Result<Vec<u8>, String> {
 }
 
 /// The rest of a gesture.
-struct Gesture<'b> {
+struct PackedGesture<'b> {
     bytes: &'b [u8],
 }
 
-impl Gesture<'_> {
+impl PackedGesture<'_> {
     /// A number of so many bytes, the lowest first.
     fn number(&mut self, count: usize) -> Result<u32, String> {
         let (own, rest) = (self.bytes)

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::plan::Plan;
-use super::session::Row;
+use super::session::SessionRow;
 use super::statistics::{SHUFFLES, friedman, holm, quartiles, signed_ranks};
 use crate::report::escape;
 
@@ -27,7 +27,11 @@ struct Question<'p> {
 ///
 /// # Errors
 /// Nobody answered everything, in words.
-pub fn results(plan: &Plan, rows: &[Row], command: &str) -> Result<(String, String), String> {
+pub fn results(
+    plan: &Plan,
+    rows: &[SessionRow],
+    command: &str,
+) -> Result<(String, String), String> {
     let rated = plan.items.iter().map(|item| Question {
         name: &item.name,
         text: item.text.clone(),
@@ -73,7 +77,7 @@ pub fn results(plan: &Plan, rows: &[Row], command: &str) -> Result<(String, Stri
 }
 
 /// Answers to a question: a row for each person who gave all, a column for each condition.
-fn answers(plan: &Plan, rows: &[Row], question: &Question) -> Result<Vec<Vec<f64>>, String> {
+fn answers(plan: &Plan, rows: &[SessionRow], question: &Question) -> Result<Vec<Vec<f64>>, String> {
     let mut people: Vec<u32> = rows.iter().map(|row| row.participant).collect();
     people.sort_unstable();
     people.dedup();
@@ -213,7 +217,7 @@ fn tests(plan: &Plan, name: &str, answers: &[Vec<f64>], told: &mut String) -> St
 }
 
 /// Preferences and free words.
-fn said(plan: &Plan, rows: &[Row]) -> String {
+fn said(plan: &Plan, rows: &[SessionRow]) -> String {
     let mut html = String::new();
     let of = |kind: &'static str| rows.iter().filter(move |row| row.kind == kind);
     if let Some(question) = &plan.preferred {
@@ -233,7 +237,7 @@ fn said(plan: &Plan, rows: &[Row]) -> String {
         }
         html.push_str("</ul>\n</section>\n");
     }
-    let words: Vec<&Row> = of("comment").filter(|row| !row.answer.is_empty()).collect();
+    let words: Vec<&SessionRow> = of("comment").filter(|row| !row.answer.is_empty()).collect();
     if !words.is_empty() {
         html.push_str("<section>\n<h2>In their words</h2>\n<ul>\n");
         for row in words {

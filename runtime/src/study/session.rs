@@ -26,7 +26,7 @@ pub const TITLES: [&str; 8] = [
 
 /// A row.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Row {
+pub struct SessionRow {
     /// Who, counted from 1.
     pub participant: u32,
     /// The name of the condition; empty for what is asked at the end.
@@ -47,7 +47,7 @@ pub struct Row {
 ///
 /// # Errors
 /// It is no such table, in which line.
-pub fn read(path: &Path) -> Result<Vec<Row>, FileError> {
+pub fn read(path: &Path) -> Result<Vec<SessionRow>, FileError> {
     let text = read_text(path, InputKind::SESSION)?;
     let mut reader = csv::ReaderBuilder::new().from_reader(text.as_bytes());
     let broken = |error: csv::Error| {
@@ -68,7 +68,7 @@ pub fn read(path: &Path) -> Result<Vec<Row>, FileError> {
             let what = format!("`{}` is no number of a participant", &record[0]);
             FileError::new(path, what).at_line(line)
         })?;
-        rows.push(Row {
+        rows.push(SessionRow {
             participant,
             condition: field(2),
             kind: field(3),

@@ -11,6 +11,7 @@
 //! Not here: tables of text (`tables`).
 
 use std::io::{self, Seek, SeekFrom, Write};
+use std::path::Path;
 
 use crc32fast::Hasher;
 use serde_json::json;
@@ -171,6 +172,25 @@ pub enum TraceFile<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> TraceFile<W> {
+    /// A file of these columns, of the kind that its name asks for.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn new<'h>(
+        path: &Path,
+        to: W,
+        headings: impl Iterator<Item = &'h Heading>,
+        form: Form,
+    ) -> io::Result<TraceFile<W>> {
+        match path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("npz"))
+        {
+            true => ArrayFile::new(to, headings, form).map(TraceFile::Arrays),
+            false => super::TickTable::new(to, headings, form).map(TraceFile::Table),
+        }
+    }
+
     /// Whether a tick has a row.
     pub fn wants(&self, tick: usize) -> bool {
         match self {

@@ -25,7 +25,7 @@ for (let condition = 0; condition < 2; condition++) {
     pad.dispatchEvent(new View(kind, { pointerId: 1, clientX: box.left + x * box.width, clientY: box.top + y * box.height, bubbles: true, buttons: 1 }));
   };
   point("pointerdown", 0.5, 0.05);
-  for (let n = 0; n < 160 && find("#done") && !find("#done").disabled; n++) {
+  for (let n = 0; n < 100 && find("#done") && !find("#done").disabled; n++) {
     point("pointermove", 0.5 + 0.1 * Math.sin(n / 3), 0.5 - 0.45 * Math.cos(n / 9));
     await after(15);
   }
