@@ -161,13 +161,7 @@ impl Recording {
     pub fn with_ticks(mut self, file: OutputFile, form: Form) -> Result<Recording, FileError> {
         let path = file.path().to_path_buf();
         let headings = self.columns.iter().map(|column| &column.heading);
-        let is_npz = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("npz"));
-        let table = match is_npz {
-            true => ArrayFile::new(file, headings, form).map(TraceFile::Arrays),
-            false => TickTable::new(file, headings, form).map(TraceFile::Table),
-        };
+        let table = TraceFile::new(&path, file, headings, form);
         let table = table.map_err(|e| FileError::not_written(&path, &e))?;
         self.ticks = Some((path, table));
         Ok(self)
