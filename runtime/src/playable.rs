@@ -178,7 +178,7 @@ fn data(compiled: &Compiled, device: &Device, first_note: u8) -> Value {
             "fullScale": port.drive().full_scale, "mechanics": mechanics, "start": start(model.is_of_key(), port),
         })
     };
-    // What is played once is led as far as the instrument senses, which may be less than its device.
+    // What is played once is led as far as the instrument senses, maybe less than its device.
     let reach = |(sense, port): (&Sense, &&Port)| {
         let [low, high] = reach(model.is_of_key(), port);
         let inside = match model.is_of_key() {

@@ -113,11 +113,11 @@ import csv, json, os, sys
 os.environ['PATH'] = os.path.dirname(sys.executable) + os.pathsep + os.environ['PATH']
 import fmpy
 from fmpy.validation import validate_fmu
-from fmpy.util import compile_platform_binary
+from fmpy.build import build_platform_binary
 problems = validate_fmu('x.fmu')
 assert not problems, problems
-compile_platform_binary('x.fmu', 'built.fmu')
-unzipped = fmpy.extract('built.fmu')
+unzipped = fmpy.extract('x.fmu')
+build_platform_binary(unzipped)
 described = fmpy.read_model_description(unzipped)
 from fmpy.fmi3 import FMU3Slave
 fmu = FMU3Slave(guid=described.guid, unzipDirectory=unzipped, modelIdentifier=described.coSimulation.modelIdentifier, instanceName='a')

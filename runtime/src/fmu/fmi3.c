@@ -105,6 +105,13 @@ EXPORT Handle fmi3InstantiateModelExchange(const char *name, const char *token, 
     return NULL;
 }
 
+EXPORT Handle fmi3InstantiateScheduledExecution(const char *name, const char *token, const char *resources, bool visible, bool logs,
+    void *environment, Log log, void *update, void *lock, void *unlock)
+{
+    (void)update, (void)lock, (void)unlock;
+    return fmi3InstantiateModelExchange(name, token, resources, visible, logs, environment, log);
+}
+
 EXPORT void fmi3FreeInstance(Handle instance) { free(instance); }
 
 EXPORT Status fmi3EnterInitializationMode(Handle instance, bool has_tolerance, double tolerance, double start, bool has_stop, double stop)
@@ -246,3 +253,14 @@ REFUSE(fmi3SetShiftDecimal)
 REFUSE(fmi3SetShiftFraction)
 REFUSE(fmi3EvaluateDiscreteStates)
 REFUSE(fmi3UpdateDiscreteStates)
+REFUSE(fmi3EnterContinuousTimeMode)
+REFUSE(fmi3CompletedIntegratorStep)
+REFUSE(fmi3SetTime)
+REFUSE(fmi3SetContinuousStates)
+REFUSE(fmi3GetContinuousStateDerivatives)
+REFUSE(fmi3GetEventIndicators)
+REFUSE(fmi3GetContinuousStates)
+REFUSE(fmi3GetNominalsOfContinuousStates)
+REFUSE(fmi3GetNumberOfEventIndicators)
+REFUSE(fmi3GetNumberOfContinuousStates)
+REFUSE(fmi3ActivateModelPartition)
