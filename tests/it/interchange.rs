@@ -123,7 +123,7 @@ from fmpy.fmi3 import FMU3Slave
 fmu = FMU3Slave(guid=described.guid, unzipDirectory=unzipped, modelIdentifier=described.coSimulation.modelIdentifier, instanceName='a')
 fmu.instantiate()
 reference = {v.name: v.valueReference for v in described.modelVariables}
-step = described.defaultExperiment.stepSize
+step = float(described.defaultExperiment.stepSize)
 task = json.load(open('task.json'))
 fmu.enterInitializationMode(startTime=0.0)
 fmu.exitInitializationMode()
