@@ -81,7 +81,7 @@ pub use memory::{Memory, MemoryError, Watch};
 pub use observe::{Observer, Step};
 pub use outside::{
     BenchKey, BenchPins, Finger, Hand, KeyBench, KeyParts, KeyPins, Knob, KnobParts, KnobPins,
-    Motor, MotorParameters, SensorFault,
+    DacErrors, DacPins, HeardFrame, Motor, MotorParameters, SensorFault, SoundDac,
 };
 pub use pins::{PinChange, Pins};
 pub use register::Register;

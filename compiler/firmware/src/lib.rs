@@ -22,6 +22,7 @@ mod boards;
 mod code;
 mod constants;
 mod error;
+mod i2s;
 mod image;
 mod knob;
 mod monitor;
