@@ -133,7 +133,7 @@ impl<'a> Heard<'a> {
         assert_eq!(self.machine.run(until), Stop::Limit);
     }
 
-    /// To the middle between two ticks, of which so many have been.
+    /// To where a tick begins; so many have had keys.
     fn begun(&mut self) -> i32 {
         while self.word("core0", core_block::TICK) == 0 {
             self.pass(500);
@@ -161,7 +161,8 @@ impl<'a> Heard<'a> {
     }
 
     fn sensed(&self) -> Vec<u16> {
-        let word = |key: usize| self.word("words0", (2 * key as u32) & !3) as u32 >> (16 * (key % 2));
+        let word =
+            |key: usize| self.word("words0", (2 * key as u32) & !3) as u32 >> (16 * (key % 2));
         (0..self.built.keys).map(|key| word(key) as u16).collect()
     }
 
@@ -197,7 +198,7 @@ impl<'a> Heard<'a> {
     }
 
     /// Plays so many ticks, and gives what each should let hear, by the interpreter, with the cycle
-    /// behind it.
+    /// in which the next tick begins.
     fn play(&mut self, interp: &mut Interp, ticks: usize) -> Vec<(u64, [i32; 2])> {
         let cells = self.built.kernel.channels();
         let mut drives = vec![0; self.built.keys];
@@ -217,43 +218,61 @@ impl<'a> Heard<'a> {
     }
 }
 
-/// Plays a program; what is heard is the interpreter's, and how late it is (cycles from the middle
-/// between two ticks, at most).
+/// Plays a program; what is heard is the interpreter's, and how late it is.
 fn is_heard(text: &str, board: &str, device: &str, keys: u32, ticks: usize) {
     let built = built(text, board, device, keys, OwnTexts::default());
     let mut heard = Heard::new(&built);
     let so_far = heard.begun();
-    assert!((1..4).contains(&so_far), "{so_far}");
+    assert!((0..4).contains(&so_far), "{so_far}");
     let mut interp = Interp::new(&built.kernel, keys as usize).expect("it verifies");
     let rest = heard.sensed();
     interp.init(&rest);
     let mut drives = vec![0; keys as usize];
     (0..so_far).for_each(|_| interp.tick(&rest, &mut drives));
-    heard.frames();
+    // The machine starts when ticks are on time for certain.
+    heard.play(&mut interp, 80);
+    let begun = heard.frames().len();
+    assert!((8..20).contains(&begun), "{begun}");
     let wanted = heard.play(&mut interp, ticks);
     heard.pass(4 * PERIOD);
     let frames = heard.frames();
     assert!(frames.len() > ticks + 3, "{}", frames.len());
     let same = |from: usize| {
         let pairs = wanted.iter().zip(&frames[from..]);
-        pairs.filter(|((_, a), b)| a.map(|side| side << 1) != b.words).count()
+        pairs
+            .filter(|((_, a), b)| a.map(|side| side << 1) != b.words)
+            .count()
     };
     let from = (0..4).find(|from| same(*from) == 0);
     let from = from.unwrap_or_else(|| panic!("{:?}", [0, 1, 2, 3].map(same)));
-    let loud = wanted.iter().filter(|(_, both)| both[0].abs() > 1 << 20).count();
+    let loud = wanted
+        .iter()
+        .filter(|(_, both)| both[0].abs() > 1 << 20)
+        .count();
     let late: Vec<u64> = wanted
         .iter()
         .zip(&frames[from..])
         .map(|((cycle, _), frame)| frame.cycle - cycle)
         .collect();
     println!(
-        "{loud} of {ticks} samples are loud; the last bit {} to {} cycles behind the tick's end",
+        "{loud} of {ticks} samples are loud; the last bit {} to {} cycles behind the next tick's beginning",
         late.iter().min().expect("some"),
         late.iter().max().expect("some")
     );
     assert!(loud > ticks / 8, "{loud}");
-    let periods = frames.windows(2).map(|pair| pair[1].cycle - pair[0].cycle);
-    assert!(periods.clone().all(|cycles| cycles == PERIOD));
+    // A model may notice a change a cycle later; on the pins it is exact (judged/sender.rs).
+    let since = |frame: &HeardFrame| frame.cycle - frames[0].cycle;
+    let apart = (0..)
+        .zip(&frames)
+        .map(|(n, frame)| since(frame).abs_diff(n * PERIOD));
+    assert!(apart.max() <= Some(1));
+    // The tick after it, at its beginning; up to left, and a frame.
+    let taken = u64::from(SoundPort::taken_cycles(PERIOD as u32));
+    assert!(
+        late.iter()
+            .all(|late| (PERIOD..PERIOD + taken + 300).contains(late)),
+        "{late:?}"
+    );
     assert_eq!(heard.word("core0", core_block::MISSED), 0);
     assert_eq!(heard.word("core0", core_block::FAULTS) & !8, 0);
 }
@@ -280,17 +299,19 @@ fn samples_are_given_in_time() {
         let before = [
             "the instruction in progress",
             "entry of the interrupt",
-            "tick",
+            "which tick, which words",
             "board_begin",
-            "send_sound",
-            "clip",
-            "board_sound",
+            "what is heard, of all keys",
         ];
-        let parts = &bounded.contended.parts;
-        println!("{parts:?}");
-        let own = parts.iter().filter(|(name, _)| before.contains(&name.as_str()));
-        let cycles: u64 = own.clone().map(|(_, cycles)| cycles).sum();
-        assert_eq!(own.count(), before.len());
+        let bound = &bounded.contended;
+        let own = bound
+            .parts
+            .iter()
+            .filter(|(name, _)| before.contains(&name.as_str()));
+        assert_eq!(own.clone().count(), before.len(), "{:?}", bound.parts);
+        // With all that the whole tick may wait for.
+        let waits = bound.cycles_max - bounded.alone.cycles_max;
+        let cycles = own.map(|(_, cycles)| cycles).sum::<u64>() + waits;
         let taken = u64::from(SoundPort::taken_cycles(PERIOD as u32));
         println!("{board}: {cycles} of {taken} cycles");
         assert!(cycles + 100 < taken);

@@ -148,8 +148,14 @@ mod tests {
         let mistakes = [
             (SoundPort { clock: 0, ..RIGHT }, "clock has pin 0"),
             (SoundPort { data: 30, ..RIGHT }, "data has pin 30"),
-            (SoundPort { data: 19, ..RIGHT }, "data has pin 19, which `i2s.side`"),
-            (SoundPort { data: 10, ..RIGHT }, "data has pin 10, which `knob.fault`"),
+            (
+                SoundPort { data: 19, ..RIGHT },
+                "data has pin 19, which `i2s.side`",
+            ),
+            (
+                SoundPort { data: 10, ..RIGHT },
+                "data has pin 10, which `knob.fault`",
+            ),
             (SoundPort { side: 21, ..RIGHT }, "side must be pin 19"),
         ];
         for (port, wanted) in mistakes {

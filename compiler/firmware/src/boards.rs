@@ -15,7 +15,7 @@ pub struct Support<'a> {
     /// `board_begin` and `board_end`, assembled for each core.
     pub tick: Source<'a>,
     /// `board_sound`, where `tick` has none.
-    pub(super) heard: Option<Source<'a>>,
+    pub heard: Option<Source<'a>>,
     /// Everything else, but for what is the user's own.
     pub rest: &'a [Source<'a>],
     /// What takes the place of bundled texts.

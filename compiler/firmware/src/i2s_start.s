@@ -1,8 +1,15 @@
-@ The start of a sound output: a state machine with its program, which stands until the first tick has given its samples, and the pins
+@ The start of a sound output: a state machine with its program, which stands until ticks are on time, and the pins
 @ to the DAC. Called once, without interrupts.
         .syntax unified
         .thumb
         .if     SOUND
+
+@ How many ticks have given no samples.
+        .section .bss.near.core0.sound, "aw", %nobits
+        .balign 4
+        .global unsent
+unsent: .space  4
+
         .section .text.start, "ax"
         .balign 4
 @ Left and right by turns, a bit every four cycles, the highest first; side-set is the bit clock, then the side, which changes a bit

@@ -124,7 +124,10 @@ impl WiredBench {
         let Some(bench) = machine.bus.device::<KeyBench>(self.id) else {
             return String::new();
         };
-        let places = bench.keys().iter().map(|key| format!("{:.2}", 1e3 * key.place_m()));
+        let places = bench
+            .keys()
+            .iter()
+            .map(|key| format!("{:.2}", 1e3 * key.place_m()));
         let places: Vec<String> = places.collect();
         let awake = match bench.is_awake() {
             true => "awake",

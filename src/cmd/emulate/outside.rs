@@ -101,7 +101,11 @@ impl PartArgs {
             let what = "--heard asks for what a DAC is given, and this board has no `[i2s]`";
             return Err(wrong(what));
         }
-        outside.dac = self.heard.is_some().then(|| WiredDac::connect(machine, &board)).flatten();
+        outside.dac = self
+            .heard
+            .is_some()
+            .then(|| WiredDac::connect(machine, &board))
+            .flatten();
         Ok(outside)
     }
 

@@ -290,8 +290,8 @@ pub fn to_the_end(
         _ => machine.cycle(0),
     };
     let converter = ports.as_ref().and_then(|p| ports::converter(machine, p));
-    let is_over = converter.is_some_and(|c| c.words_given() > 0 && c.is_over())
-        || outside.is_over();
+    let is_over =
+        converter.is_some_and(|c| c.words_given() > 0 && c.is_over()) || outside.is_over();
     let has_left = door.as_ref().is_some_and(|door| door.is_closed);
     let over = stop == Stop::Limit && (is_over || has_left);
     let overruns = converter.map_or(0, Converter::overruns);
@@ -425,8 +425,7 @@ impl Run<'_> {
             return door.is_closed;
         }
         let converter = self.converter();
-        converter.is_some_and(|c| c.is_over() && c.words_given() > 0)
-            || self.outside.is_over()
+        converter.is_some_and(|c| c.is_over() && c.words_given() > 0) || self.outside.is_over()
     }
 
     /// Takes what the program printed since the last time.

@@ -4,14 +4,18 @@
 use super::*;
 
 const TEXT: &str = include_str!("../../../../../../compiler/firmware/src/i2s_start.s");
-const [CLOCK, SIDE, DATA]: [u32; 3] = [18, 19, 20];
+const CLOCK: u32 = 18;
+const SIDE: u32 = 19;
+const DATA: u32 = 20;
 /// Bits of the right word that come first.
 const FIRST: u32 = 22;
 const PERIOD: u32 = 3400;
 
 /// The instructions of the text.
 fn sender() -> Vec<u32> {
-    let words = TEXT.lines().filter_map(|line| line.split_once(".short  0x"));
+    let words = TEXT
+        .lines()
+        .filter_map(|line| line.split_once(".short  0x"));
     let words = words.map(|(_, rest)| &rest[..4]);
     let words: Vec<u32> = words
         .map(|word| u32::from_str_radix(word, 16).expect("a number"))
@@ -83,7 +87,10 @@ fn sound_is_sent_as_pioemu_says() {
     // The first word goes right, behind two bits of the left one.
     is_right(&found, 1);
     let periods: Vec<u64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    assert!(periods[1..].iter().all(|cycles| *cycles == 128), "{periods:?}");
+    assert!(
+        periods[1..].iter().all(|cycles| *cycles == 128),
+        "{periods:?}"
+    );
 }
 
 /// The same here, set up as the start does, with a divider that makes a period of a frame.
@@ -127,10 +134,17 @@ fn a_frame_of_sound_is_a_period() {
     let (found, times) = read(changes.iter().map(|change| (change.cycle, change.levels)));
     is_right(&found, 0);
     // Left is taken so many bits behind the beginning, within a cycle of the divided clock.
-    let first = times.iter().find(|time| **time > begun + 14).expect("a change") - begun;
+    let first = times
+        .iter()
+        .find(|time| **time > begun + 14)
+        .expect("a change")
+        - begun;
     let wanted = u64::from((FIRST - 1) * PERIOD / 64);
     assert!(first.abs_diff(wanted) < 60, "{first}, not {wanted}");
     let frames: Vec<u64> = times.iter().copied().skip(2).step_by(2).collect();
     let lengths: Vec<u64> = frames.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    assert!(lengths.len() > 5 && lengths.iter().all(|own| *own == 3400), "{lengths:?}");
+    assert!(
+        lengths.len() > 5 && lengths.iter().all(|own| *own == 3400),
+        "{lengths:?}"
+    );
 }
