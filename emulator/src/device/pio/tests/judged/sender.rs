@@ -101,7 +101,8 @@ fn a_frame_of_sound_is_a_period() {
     bench.program(&program);
     bench.write(EXECCTRL, 9 << 12);
     bench.write(SHIFTCTRL, 0);
-    let pins = |sets, from| 2 << 29 | sets << 26 | 1 << 20 | CLOCK << 10 | from << 5 | DATA;
+    let pins =
+        |sets: u32, from: u32| 2 << 29 | sets << 26 | 1 << 20 | CLOCK << 10 | from << 5 | DATA;
     let set_up = [
         (CLKDIV, 1 << 16),
         (PINCTRL, pins(2, CLOCK)),
