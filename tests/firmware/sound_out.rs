@@ -350,6 +350,7 @@ fn late_samples_leave_left_where_it_is() {
         let frames = heard.frames();
         let differs = wanted.iter().filter(|(_, both)| both[0] != both[1]).count();
         assert!(differs > 200, "{differs}");
+        assert!(frames.len() > 294, "{}", frames.len());
         // Wherever the sequence stands now, it is the interpreter's again.
         let is_same = |from: usize| {
             let mut pairs = wanted.iter().zip(&frames[from..]).take(290);

@@ -4,6 +4,10 @@ use whippen_arm::asm::Source;
 use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
+use super::board_texts::{
+    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, RP2,
+    RP2350_START, UNHEARD,
+};
 use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
 use super::ports::Guards;
@@ -63,66 +67,6 @@ impl Parts {
     }
 }
 
-/// A tick with the converter of the emulator.
-const CONVERTER: Source<'static> = Source {
-    name: "firmware/converter.s",
-    text: include_str!("converter.s"),
-};
-
-/// How it is started.
-pub(super) const CONVERTER_START: Source<'static> = Source {
-    name: "firmware/converter_start.s",
-    text: include_str!("converter_start.s"),
-};
-
-/// A tick with a knob on the chip's pins.
-const KNOB: Source<'static> = Source {
-    name: "firmware/knob.s",
-    text: include_str!("knob.s"),
-};
-
-/// How its parts are started, and its motor found.
-pub(super) const KNOB_START: Source<'static> = Source {
-    name: "firmware/knob_start.s",
-    text: include_str!("knob_start.s"),
-};
-
-/// A tick with a bench of keys on the chip's pins.
-const BENCH: Source<'static> = Source {
-    name: "firmware/bench.s",
-    text: include_str!("bench.s"),
-};
-
-/// How its parts are started.
-pub(super) const BENCH_START: Source<'static> = Source {
-    name: "firmware/bench_start.s",
-    text: include_str!("bench_start.s"),
-};
-
-/// Samples that leave nowhere.
-const UNHEARD: Source<'static> = Source {
-    name: "firmware/unheard.s",
-    text: include_str!("unheard.s"),
-};
-
-/// Samples that leave on three wires.
-const I2S: Source<'static> = Source {
-    name: "firmware/i2s.s",
-    text: include_str!("i2s.s"),
-};
-
-/// How that is started.
-const I2S_START: Source<'static> = Source {
-    name: "firmware/i2s_start.s",
-    text: include_str!("i2s_start.s"),
-};
-
-/// Clocks of RP2350.
-const RP2350_START: Source<'static> = Source {
-    name: "firmware/rp2350.s",
-    text: include_str!("rp2350.s"),
-};
-
 /// Constants of its texts.
 const RP2350: &[(&str, i64)] = &[
     ("WATCHDOG_LOAD", 10_000),
@@ -133,12 +77,6 @@ const RP2350: &[(&str, i64)] = &[
     ("PADS_BANK", 0x4003_8000),
     ("RESET_UART", 1 << 26),
 ];
-
-/// What RP2350 and RP2040 have alike.
-const RP2: Source<'static> = Source {
-    name: "firmware/rp2.s",
-    text: include_str!("rp2.s"),
-};
 
 /// Devices of the texts for chips of Raspberry Pi.
 const RP2_DEVICES: &[&str] = &["converter", "uart", "io_bank0", "watchdog"];

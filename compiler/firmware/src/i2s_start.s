@@ -69,7 +69,7 @@ start_sound:
         ldr     r1, =0xe020             @ set x, 0
         str     r1, [r0, #0x10]
         nop
-        ldr     r1, =0xe040 | SOUND_BITS - 2
+        ldr     r1, =0xe040 | (SOUND_BITS - 2)
         str     r1, [r0, #0x10]         @ set y: so many bits of a right word come first
         nop
         movs    r1, #5                  @ jmp 5

@@ -18,6 +18,7 @@
 use whippen_rate::Rate;
 
 mod bench;
+mod board_texts;
 mod boards;
 mod code;
 mod constants;

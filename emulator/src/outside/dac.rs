@@ -2,14 +2,14 @@
 //!
 //! ```text
 //!   clock  _/~\_/~\_/~\_ .. 64 times                          a bit is read where it rises
-//!   side   ~~~~\_____________ 32 clocks ____/~~~~ 32 clocks   low is left, and changes a bit ahead of the word
+//!   side   ~~~~\_____________ 32 clocks ____/~~~~ 32 clocks   low is left, and a bit ahead
 //!   data   ..  | left, the highest bit first | right ..
 //! ```
 //!
-//! It remembers each frame that it was given, and what of these wires its datasheet forbids (PCM510x, Audio
-//! interface slave timing): a clock level or its cycle that is too short, side or data that change too near to where
-//! the clock rises. Not here: how it makes its system clock, its filter, which adds to the delay,
-//! what it does without clocks.
+//! It remembers each frame that it was given, and what of these wires its datasheet forbids
+//! (PCM510x, table of the slave timing of its audio interface): a level of the clock or its cycle
+//! that is too short, side or data that change too near to where the clock rises. Not here: how it
+//! makes its system clock, its filter, which adds to the delay, what it does without clocks.
 
 use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
 

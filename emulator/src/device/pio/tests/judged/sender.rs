@@ -125,10 +125,9 @@ fn a_frame_of_sound_is_a_period() {
     let mut left = sent.iter();
     for cycle in begun + 1..begun + 30_000 {
         bench.run(cycle);
-        if (cycle - begun) % 1000 == 500 && bench.machine0().tx.len() < 4 {
-            if let Some(word) = left.next() {
-                bench.write(PIO + 0x10, *word);
-            }
+        let is_time = (cycle - begun) % 1000 == 500 && bench.machine0().tx.len() < 4;
+        if let Some(word) = is_time.then(|| left.next()).flatten() {
+            bench.write(PIO + 0x10, *word);
         }
     }
     let changes = bench.machine.bus.pins.take_changes();
