@@ -125,7 +125,8 @@ pub struct Function {
     pub returns: Option<(u32, bool)>,
     /// Words that registers hold where it is entered.
     pub entered: Vec<(u8, [i64; 2])>,
-    /// Registers that point into the section that begins there, where it is entered.
+    /// Registers that point into the section that begins there, where a piece begins behind the
+    /// first.
     pub bases: Vec<(u8, u32)>,
     /// Heads of loops, and their rounds.
     pub loops: Vec<(u32, u32)>,

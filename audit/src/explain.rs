@@ -42,9 +42,17 @@ const ALWAYS: [&str; 14] = [
 pub fn assumptions(certificate: &Certificate) -> Vec<String> {
     let mut all: Vec<String> = ALWAYS.iter().map(|text| text.to_string()).collect();
     for (at, targets) in &certificate.targets {
-        let to: Vec<String> = targets.iter().take(3).map(|to| format!("{to:#x}")).collect();
+        let to: Vec<String> = targets
+            .iter()
+            .take(3)
+            .map(|to| format!("{to:#x}"))
+            .collect();
         let more = targets.len().saturating_sub(3);
-        let more = if more > 0 { format!(" or {more} places more") } else { String::new() };
+        let more = if more > 0 {
+            format!(" or {more} places more")
+        } else {
+            String::new()
+        };
         all.push(format!(
             "the indirect branch at {at:#x} leads to {}{more}, nowhere else",
             to.join(", ")
@@ -59,7 +67,12 @@ pub fn assumptions(certificate: &Certificate) -> Vec<String> {
             ));
         }
         for function in &frame.functions {
-            of_function(&mut all, &format!("{name}, `{}`", function.name), function, frame);
+            of_function(
+                &mut all,
+                &format!("{name}, `{}`", function.name),
+                function,
+                frame,
+            );
         }
     }
     all
@@ -68,11 +81,15 @@ pub fn assumptions(certificate: &Certificate) -> Vec<String> {
 fn of_function(all: &mut Vec<String>, name: &str, function: &Function, frame: &Frame) {
     for (register, [low, high]) in &function.entered {
         let [low, high] = [low, high].map(|word| *word as u32);
-        all.push(format!("{name}: R{register} is {low:#x} to {high:#x} where it is entered"));
+        all.push(format!(
+            "{name}: R{register} is {low:#x} to {high:#x} where it is entered"
+        ));
     }
     for (register, section) in &function.bases {
         let at = format!("the section at {section:#x}");
-        all.push(format!("{name}: R{register} points into {at} where it is entered"));
+        all.push(format!(
+            "{name}: R{register} points into {at} where a key's mode begins"
+        ));
     }
     for (head, rounds) in &function.loops {
         all.push(format!(
@@ -82,12 +99,19 @@ fn of_function(all: &mut Vec<String>, name: &str, function: &Function, frame: &F
     for call in &function.calls {
         let (site, callee) = (call.site, call.callee);
         let Some((number, keys)) = call.costs else {
-            all.push(format!("{name}: the call at {site:#x} never leads to {callee:#x}"));
+            all.push(format!(
+                "{name}: the call at {site:#x} never leads to {callee:#x}"
+            ));
             continue;
         };
-        let ticks = frame.functions.get(number as usize).filter(|own| own.kind == Kind::Keys);
+        let ticks = frame
+            .functions
+            .get(number as usize)
+            .filter(|own| own.kind == Kind::Keys);
         if ticks.is_some() {
-            all.push(format!("{name}: the call at {site:#x} ticks {keys} keys at most"));
+            all.push(format!(
+                "{name}: the call at {site:#x} ticks {keys} keys at most"
+            ));
         }
     }
 }

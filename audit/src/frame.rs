@@ -258,13 +258,10 @@ fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
         ));
     }
     let mut facts = Facts::default();
-    let mut entered = Place::entered();
+    let entered = Place::entered();
     if matches!(function.kind, Kind::Plain | Kind::Keys) {
         for (register, words) in &function.entered {
             facts.set(*register, *words);
-        }
-        for (register, section) in &function.bases {
-            entered.registers[usize::from(register & 15)] = Some(Tag::Section(*section));
         }
     }
     let derived = |register: u8| {
@@ -278,6 +275,17 @@ fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
         return Err(Refusal::at(
             first.entry,
             "is entered with another stack than is claimed",
+        ));
+    }
+    let bases: BTreeSet<u8> = function
+        .bases
+        .iter()
+        .map(|(register, _)| *register)
+        .collect();
+    if bases.len() != function.bases.len() {
+        return Err(Refusal::at(
+            first.entry,
+            "has a register that points to two places",
         ));
     }
     let mut seen = Seen {

@@ -363,15 +363,22 @@ impl Check<'_> {
         }
     }
 
-    /// The next piece begins: with the stack that it claims.
+    /// The next piece begins: with the stack that it claims, and with registers that are assumed
+    /// to point somewhere.
     fn hand_over(&self, at: u32, loops: &[u32], state: &State) -> Result<i128, Refusal> {
-        let pieces = &self.stepper.function.pieces;
-        let next = pieces.iter().skip(1).find(|piece| piece.entry == at);
+        let function = self.stepper.function;
+        let next = function
+            .pieces
+            .iter()
+            .skip(1)
+            .find(|piece| piece.entry == at);
         let place = next.and_then(|next| next.places.get(next.place as usize));
         let around = self.stepper.around;
         let derived = |register: u8| {
-            around
-                .section_of(state.facts.of(register))
+            let found = around.section_of(state.facts.of(register));
+            let assumed = function.bases.iter().find(|(own, _)| *own == register);
+            found
+                .or(assumed.map(|(_, section)| *section))
                 .map(Tag::Section)
         };
         match place.is_some_and(|place| place.covers(&state.place, derived)) {

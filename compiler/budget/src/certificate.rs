@@ -16,6 +16,7 @@ mod potential;
 
 use std::fmt::{self, Display};
 
+use whippen_arm::thumb::POINTS;
 use whippen_audit as audit;
 use whippen_audit::{Around, Certificate, Elf, Frame, Function, Kind, Refusal};
 use whippen_board::Board;
@@ -303,6 +304,7 @@ impl Framed<'_> {
             entered: entered
                 .map(|(register, words)| (*register, signed(words)))
                 .collect(),
+            bases: self.histories(kind, name),
             contexts: vec![[0, 0, entries[0]]],
             calls,
             ..Function::default()
@@ -323,6 +325,18 @@ impl Framed<'_> {
             annotations: &annotations,
         };
         Ok(explorer.explore(function, &entries, &flows)?)
+    }
+
+    /// The register that points into the rings of samples: its word is loaded from memory, so
+    /// nothing but an assumption tells where.
+    fn histories(&self, kind: Kind, name: &str) -> Vec<(u8, u32)> {
+        let at = self.program.symbols.get(&format!("{name}_histories"));
+        let section = at.and_then(|at| self.elf.section_at(*at));
+        let section = section.filter(|_| kind == Kind::Keys);
+        section
+            .map(|own| (POINTS.histories, own.base))
+            .into_iter()
+            .collect()
     }
 
     /// The graph of a piece and its loops. A head without a bound runs once, where a key begins.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use whippen_audit::{
     Around, Arrival, Certificate, Cost, Facts, Function, Kind, NONE, Node, PLACES, Piece, Place,
-    Point, Refusal, Seen, State, Stepper, walk,
+    Point, Refusal, Seen, State, Stepper, Tag, walk,
 };
 use whippen_isa::ItState;
 use whippen_isa::timing::{Core, Evidence, Pipe};
@@ -337,7 +337,13 @@ impl Run<'_, '_> {
                 let to = match arrival {
                     Arrival::Point(node) => Some(self.arrive(piece, node, &state, &mut again)?),
                     Arrival::Piece(at) => {
-                        again |= self.meet_place(places.entry(at).or_insert(nowhere()), &state);
+                        let mut state = state.clone();
+                        for (register, section) in &self.function.bases {
+                            let tag = &mut state.place.registers[usize::from(*register & 15)];
+                            tag.get_or_insert(Tag::Section(*section));
+                        }
+                        let place = places.entry(at).or_insert_with(nowhere);
+                        again |= self.meet_place(place, &state);
                         None
                     }
                     Arrival::Return => None,
@@ -412,7 +418,7 @@ impl Run<'_, '_> {
     fn meet_place(&self, known: &mut Place, state: &State) -> bool {
         let derived = |register: u8| {
             let section = self.own.around.section_of(state.facts.of(register));
-            section.map(whippen_audit::Tag::Section)
+            section.map(Tag::Section)
         };
         let mut new = state.place.clone();
         for register in 0..15_u8 {

@@ -38,7 +38,7 @@ pub fn remains(
     }
     let mut all = solve(explored, &rounds, idle)?;
     // Of several claimed states that cover what arrives, the checker takes the one with least.
-    for _ in 0..8 {
+    for _ in 0..32 {
         if !choose(explored, &all) {
             break;
         }
@@ -103,7 +103,7 @@ fn choose(explored: &mut Explored, all: &[Vec<i64>]) -> bool {
                     continue;
                 };
                 let best = cheapest(&explored.spots[to], &all[to], &follows.state);
-                if let Some(best) = best.filter(|best| all[to][*best] < all[to][old]) {
+                if let Some(best) = best.filter(|best| *best != old) {
                     chosen.push((number, nth, way, (to, best)));
                 }
             }
