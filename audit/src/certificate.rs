@@ -59,6 +59,8 @@ pub struct Certificate {
     pub memories: Vec<Memory>,
     /// Buses.
     pub buses: Vec<Bus>,
+    /// Code and constants, by first address, with what stands for their bytes.
+    pub sections: Vec<(u32, u64)>,
     /// Where vectors lead that nobody uses.
     pub dead: u32,
     /// Indirect branches, and where they may go.
@@ -275,6 +277,7 @@ impl Certificate {
                 read: words.number()?,
                 write: words.number()?,
             }),
+            "section" => self.sections.push((words.number()?, words.number()?)),
             "targets" => self.targets.push((words.number()?, words.rest()?)),
             "frame" => self.frames.push(Frame {
                 core: words.number()?,
@@ -456,6 +459,9 @@ impl Display for Certificate {
         } in &self.buses
         {
             writeln!(f, "bus {base:#x} {size:#x} {read} {write}")?;
+        }
+        for (base, hash) in &self.sections {
+            writeln!(f, "section {base:#x} {hash:#x}")?;
         }
         for (at, to) in &self.targets {
             let to: Vec<String> = to.iter().map(|to| format!(" {to:#x}")).collect();

@@ -28,6 +28,13 @@ pub struct Elf {
     pub certificate: Option<String>,
 }
 
+impl Section {
+    /// A number that stands for its bytes (FNV-1a): against mix-ups, not against malice.
+    pub fn hash(&self) -> u64 {
+        crate::hash(&self.bytes)
+    }
+}
+
 fn number<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {
     bytes.get(at..)?.first_chunk().copied()
 }
@@ -101,6 +108,15 @@ impl Elf {
     pub fn section_at(&self, address: u32) -> Option<&Section> {
         let inside = |own: &&Section| address.wrapping_sub(own.base) < own.size;
         self.sections.iter().find(inside)
+    }
+
+    /// What nobody writes: code and constants, by first address, with what stands for the bytes.
+    pub fn constants(&self) -> Vec<(u32, u64)> {
+        let all = self
+            .sections
+            .iter()
+            .filter(|own| !own.writable && own.size > 0);
+        all.map(|own| (own.base, own.hash())).collect()
     }
 
     /// Bytes of code or constants from an address on.

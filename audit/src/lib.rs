@@ -94,10 +94,13 @@ pub fn core_of(name: &str) -> Option<Core> {
 
 /// A number that stands for a core's table of cycles: another one where a number of it is changed.
 pub fn table_of(core: &Core) -> u64 {
-    let text = format!("{core:?}");
-    // FNV-1a.
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    hash(format!("{core:?}").as_bytes())
+}
+
+/// FNV-1a.
+fn hash(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
     })
 }
 
@@ -110,6 +113,10 @@ pub fn audit(elf: &Elf, certificate: &Certificate) -> Result<Vec<Checked>, Refus
     let core = core.ok_or_else(|| Refusal::new(format!("`{}` is no core", certificate.core)))?;
     if table_of(&core) != certificate.table {
         let why = "the cycles of the core are not those that it is proven with";
+        return Err(Refusal::new(why.into()));
+    }
+    if elf.constants() != certificate.sections {
+        let why = "code or constants are not those that the certificate is of";
         return Err(Refusal::new(why.into()));
     }
     let mut targets: Vec<u32> = certificate.targets.iter().map(|(at, _)| *at).collect();

@@ -85,6 +85,7 @@ pub fn certificate(
     }
     let elf = Elf::read(file).map_err(|why| Refusal::new(why))?;
     let mut certificate = of_board(board, deadline, image.keys_of_cores.len() as u32);
+    certificate.sections = elf.constants();
     certificate.dead = find(program, DEAD)?;
     certificate.targets = program.annotations.targets.clone().into_iter().collect();
     for id in image.cores() {
@@ -120,6 +121,8 @@ pub fn certificate(
         frame.cycles = parts.iter().map(|(_, cycles)| cycles).sum();
         frame.stack = stack;
     }
+    // What its own checker does not follow is no certificate.
+    audit::audit(&elf, &certificate)?;
     Ok(certificate)
 }
 

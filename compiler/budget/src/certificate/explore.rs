@@ -390,27 +390,24 @@ impl Run<'_, '_> {
         if let Some(nth) = known {
             return Ok((number, nth));
         }
-        if spot.states.len() >= STATES_MAX {
-            let like = spot
-                .states
-                .iter()
-                .rposition(|(pipe, _)| *pipe == state.pipe);
-            if let Some(nth) = like {
-                if spot.states[nth].1.covers(&facts) {
-                    return Ok((number, nth));
-                }
-                facts = join(&spot.states[nth].1, &facts);
-            }
-        }
-        let known = spot
+        let full = spot.states.len() >= STATES_MAX;
+        let like = spot
             .states
             .iter()
-            .position(|known| *known == (state.pipe, facts.clone()));
-        let nth = known.unwrap_or(spot.states.len());
-        if known.is_none() {
-            spot.states.push((state.pipe, facts));
-            piece.open.insert((number, nth));
+            .rposition(|(pipe, _)| full && *pipe == state.pipe);
+        if let Some(nth) = like {
+            let old = &spot.states[nth].1;
+            if !old.covers(&facts) {
+                // One state in the place of two: what led to the old one leads to both.
+                let joined = (state.pipe, join(old, &facts));
+                spot.states[nth] = joined;
+                piece.open.insert((number, nth));
+            }
+            return Ok((number, nth));
         }
+        let nth = spot.states.len();
+        spot.states.push((state.pipe, facts));
+        piece.open.insert((number, nth));
         Ok((number, nth))
     }
 
