@@ -1,13 +1,16 @@
 //! The certificate: what is claimed of an image, as text. One line an entry; numbers are decimal or
 //! begin with `0x`. `docs/audit.md` lists the lines.
 
-use std::fmt::{self, Display, Write};
+mod print;
+mod read;
+
+use std::collections::BTreeSet;
 
 use whippen_isa::ItState;
 use whippen_isa::timing::Pipe;
 
-use crate::facts::{Facts, PLACES};
-use crate::place::{Place, Tag};
+use crate::facts::Facts;
+use crate::place::Place;
 
 /// The first line.
 const HEADER: &str = "whippen-certificate 1";
@@ -192,405 +195,59 @@ pub struct Point {
     pub states: Vec<(u32, u32, i64)>,
 }
 
-struct Words<'a>(std::str::SplitWhitespace<'a>);
-
-impl Words<'_> {
-    fn text(&mut self) -> Result<&str, String> {
-        self.0.next().ok_or_else(|| "ends too early".to_string())
-    }
-
-    fn number<T: TryFrom<i128>>(&mut self) -> Result<T, String> {
-        let word = self.text()?;
-        let read = match word.strip_prefix("0x") {
-            Some(hex) => i128::from_str_radix(hex, 16),
-            None => word.parse(),
-        };
-        let fits = read.ok().and_then(|number| T::try_from(number).ok());
-        fits.ok_or_else(|| format!("`{word}` is no such number"))
-    }
-
-    fn flag(&mut self) -> Result<bool, String> {
-        match self.number::<u8>()? {
-            0 => Ok(false),
-            1 => Ok(true),
-            _ => Err("a flag is 0 or 1".into()),
-        }
-    }
-
-    fn rest<T: TryFrom<i128>>(&mut self) -> Result<Vec<T>, String> {
-        let mut all = Vec::new();
-        while self.0.clone().next().is_some() {
-            all.push(self.number()?);
-        }
-        Ok(all)
-    }
-
-    fn end(&mut self) -> Result<(), String> {
-        self.0
-            .next()
-            .map_or(Ok(()), |word| Err(format!("`{word}` is too much")))
-    }
-}
-
-fn last<T>(all: &mut [T]) -> Result<&mut T, String> {
-    all.last_mut().ok_or_else(|| "stands nowhere".to_string())
+/// Whether none is there twice.
+fn distinct<T: Ord>(all: impl Iterator<Item = T>) -> bool {
+    let mut known = BTreeSet::new();
+    let mut all = all;
+    all.all(|one| known.insert(one))
 }
 
 impl Certificate {
-    /// Reads a certificate.
-    ///
-    /// # Errors
-    /// Which line cannot be read, and why.
-    pub fn read(text: &str) -> Result<Self, String> {
-        let mut certificate = Self::default();
-        let mut lines = text.lines();
-        if lines.next() != Some(HEADER) {
-            return Err(format!("does not begin with `{HEADER}`"));
+    /// That nothing is said twice, memories and buses lie apart, and every core has a frame for
+    /// every program.
+    pub(crate) fn is_well_formed(&self) -> Result<(), &'static str> {
+        let memories = self.memories.iter().map(|own| (own.base, own.size));
+        let mut ranges: Vec<_> = memories
+            .chain(self.buses.iter().map(|b| (b.base, b.size)))
+            .collect();
+        ranges.sort_unstable();
+        if ranges
+            .windows(2)
+            .any(|pair| pair[1].0 - pair[0].0 < pair[0].1)
+        {
+            return Err("memories or buses overlap");
         }
-        for (number, line) in lines.enumerate() {
-            let mut words = Words(line.split_whitespace());
-            let read = certificate.line(&mut words).and_then(|()| words.end());
-            read.map_err(|why| format!("line {}: {why}", number + 2))?;
+        let targets = self
+            .targets
+            .iter()
+            .flat_map(|(at, to)| to.iter().chain([at]));
+        let twice = !distinct(self.targets.iter().map(|(at, _)| at))
+            || self.targets.iter().any(|(_, to)| !distinct(to.iter()));
+        if twice || targets.clone().any(|at| at & 1 != 0) {
+            return Err("a branch has targets that are none");
         }
-        Ok(certificate)
+        let programs = self.frames.len() as u32 / self.cores.max(1);
+        let wanted = (0..self.cores).flat_map(|core| (0..programs).map(move |own| (core, own)));
+        let frames = self.frames.iter().map(|frame| (frame.core, frame.program));
+        if programs == 0 || !frames.eq(wanted) {
+            return Err("not every core has a frame for every program");
+        }
+        let mut functions = self.frames.iter().flat_map(|frame| &frame.functions);
+        match functions.all(Function::is_well_formed) {
+            true => Ok(()),
+            false => Err("a function says something twice"),
+        }
     }
-
-    fn line(&mut self, words: &mut Words) -> Result<(), String> {
-        let what = words.text()?.to_string();
-        match what.as_str() {
-            "core" => (self.core, self.table) = (words.text()?.to_string(), words.number()?),
-            "deadline" => self.deadline = words.number()?,
-            "fetches" => self.fetches = words.flag()?,
-            "cores" => self.cores = words.number()?,
-            "dead" => self.dead = words.number()?,
-            "memory" => self.memories.push(Memory {
-                base: words.number()?,
-                size: words.number()?,
-                access: words.number()?,
-                fetch: words.number()?,
-                striped: words.flag()?,
-                banks: words.rest()?,
-            }),
-            "bus" => self.buses.push(Bus {
-                base: words.number()?,
-                size: words.number()?,
-                read: words.number()?,
-                write: words.number()?,
-            }),
-            "section" => self.sections.push((words.number()?, words.number()?)),
-            "targets" => self.targets.push((words.number()?, words.rest()?)),
-            "frame" => self.frames.push(Frame {
-                core: words.number()?,
-                program: words.number()?,
-                vectors: words.number()?,
-                visits: words.number()?,
-                cycles: words.number()?,
-                stack: words.number()?,
-                functions: Vec::new(),
-            }),
-            "function" => last(&mut self.frames)?
-                .functions
-                .push(read_function(words)?),
-            _ => last(&mut last(&mut self.frames)?.functions)?.line(&what, words)?,
-        }
-        Ok(())
-    }
-}
-
-fn read_function(words: &mut Words) -> Result<Function, String> {
-    let name = words.text()?.to_string();
-    let kind = words.text()?;
-    let known = KINDS.iter().find(|(_, text)| *text == kind);
-    Ok(Function {
-        kind: known
-            .ok_or_else(|| format!("`{kind}` is no kind of function"))?
-            .0,
-        name,
-        fetched: words.number()?,
-        hands_stack: words.flag()?,
-        stack: words.number()?,
-        ..Function::default()
-    })
 }
 
 impl Function {
-    fn line(&mut self, what: &str, words: &mut Words) -> Result<(), String> {
-        match what {
-            "returns" => self.returns = Some((words.number()?, words.flag()?)),
-            "entered" => {
-                let known = (words.number()?, [words.number()?, words.number()?]);
-                self.entered.push(known);
-            }
-            "base" => self.bases.push((words.number()?, words.number()?)),
-            "loop" => self.loops.push((words.number()?, words.number()?)),
-            "context" => {
-                let context = [words.number()?, words.number()?, words.number()?];
-                self.contexts.push(context);
-            }
-            "call" => self.calls.push(Call {
-                site: words.number()?,
-                callee: words.number()?,
-                costs: match words.text()? {
-                    "never" => None,
-                    "costs" => Some((words.number()?, words.number()?)),
-                    other => return Err(format!("`{other}` is neither `costs` nor `never`")),
-                },
-            }),
-            "piece" => self.pieces.push(Piece {
-                entry: words.number()?,
-                cycles: words.number()?,
-                place: words.number()?,
-                ..Piece::default()
-            }),
-            _ => last(&mut self.pieces)?.line(what, words)?,
-        }
-        Ok(())
-    }
-}
-
-impl Piece {
-    fn line(&mut self, what: &str, words: &mut Words) -> Result<(), String> {
-        match what {
-            "pipe" => self.pipes.push(words.number::<i128>()? as u128),
-            "place" => self.places.push(read_place(words)?),
-            "facts" => self.facts.push(read_facts(words)?),
-            "round" => {
-                let round = (words.number()?, words.number()?, words.number()?);
-                self.rounds.push(round);
-            }
-            "point" => self.points.push(Point {
-                context: words.number()?,
-                at: words.number()?,
-                it: it_of_bits(words.number()?).ok_or("is no state of IT")?,
-                place: words.number()?,
-                loops: words.rest()?,
-                states: Vec::new(),
-            }),
-            "state" => {
-                let state = (words.number()?, words.number()?, words.number()?);
-                last(&mut self.points)?.states.push(state);
-            }
-            other => return Err(format!("`{other}` is no entry")),
-        }
-        Ok(())
-    }
-}
-
-fn it_of_bits(bits: u8) -> Option<ItState> {
-    match bits {
-        0 => Some(ItState::OUTSIDE),
-        _ => ItState::after_it(bits >> 4, bits & 15),
-    }
-}
-
-fn read_place(words: &mut Words) -> Result<Place, String> {
-    let mut place = Place {
-        sp: words.number()?,
-        ..Place::default()
-    };
-    for number in words.rest::<i64>()?.chunks(4) {
-        let [slot, at, kind, of] = *number else {
-            return Err("ends too early".into());
-        };
-        let number = |n: i64| u32::try_from(n).map_err(|_| "is no such number".to_string());
-        let tag = match kind {
-            0 => Tag::Section(number(of)?),
-            _ => Tag::Return(number(kind - 1)?, of as i32),
-        };
-        match (slot, usize::try_from(at)) {
-            (0, Ok(register @ 0..15)) => place.registers[register] = Some(tag),
-            (1, _) => place.slots.push((at as i32, tag)),
-            _ => return Err("is neither register nor slot".into()),
-        }
-    }
-    Ok(place)
-}
-
-fn read_facts(words: &mut Words) -> Result<Facts, String> {
-    let mut facts = Facts {
-        flags: words.number()?,
-        ..Facts::default()
-    };
-    let count = words.number::<u16>()?;
-    for _ in 0..count {
-        facts.values.push([words.number()?, words.number()?]);
-    }
-    for pair in words.rest::<u16>()?.chunks(2) {
-        match *pair {
-            [place, name] if usize::from(place) < PLACES && name < count => {
-                facts.names[usize::from(place)] = name;
-            }
-            _ => return Err("names what is not there".into()),
-        }
-    }
-    Ok(facts)
-}
-
-impl Display for Certificate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{HEADER}\ncore {} {:#x}", self.core, self.table)?;
-        writeln!(
-            f,
-            "deadline {}\nfetches {}",
-            self.deadline,
-            u8::from(self.fetches)
-        )?;
-        writeln!(f, "cores {}\ndead {:#x}", self.cores, self.dead)?;
-        for own in &self.memories {
-            let Memory {
-                base,
-                size,
-                access,
-                fetch,
-                ..
-            } = own;
-            write!(
-                f,
-                "memory {base:#x} {size:#x} {access} {fetch} {}",
-                u8::from(own.striped)
-            )?;
-            writeln!(f, "{}", list(&own.banks))?;
-        }
-        for Bus {
-            base,
-            size,
-            read,
-            write,
-        } in &self.buses
-        {
-            writeln!(f, "bus {base:#x} {size:#x} {read} {write}")?;
-        }
-        for (base, hash) in &self.sections {
-            writeln!(f, "section {base:#x} {hash:#x}")?;
-        }
-        for (at, to) in &self.targets {
-            let to: Vec<String> = to.iter().map(|to| format!(" {to:#x}")).collect();
-            writeln!(f, "targets {at:#x}{}", to.concat())?;
-        }
-        for frame in &self.frames {
-            let Frame {
-                core,
-                program,
-                vectors,
-                visits,
-                cycles,
-                stack,
-                ..
-            } = frame;
-            writeln!(
-                f,
-                "frame {core} {program} {vectors:#x} {visits} {cycles} {stack}"
-            )?;
-            frame
-                .functions
-                .iter()
-                .try_for_each(|function| write!(f, "{function}"))?;
-        }
-        Ok(())
-    }
-}
-
-fn list<T: Display>(all: &[T]) -> String {
-    all.iter().fold(String::new(), |mut text, one| {
-        let _ = write!(text, " {one}");
-        text
-    })
-}
-
-impl Display for Function {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = KINDS
-            .iter()
-            .find(|(kind, _)| *kind == self.kind)
-            .map_or("", |(_, text)| text);
-        let hands = u8::from(self.hands_stack);
-        writeln!(
-            f,
-            "function {} {kind} {:#x} {hands} {}",
-            self.name, self.fetched, self.stack
-        )?;
-        if let Some((at, wide)) = self.returns {
-            writeln!(f, "returns {at:#x} {}", u8::from(wide))?;
-        }
-        for (register, [low, high]) in &self.entered {
-            writeln!(f, "entered {register} {low} {high}")?;
-        }
-        for (register, section) in &self.bases {
-            writeln!(f, "base {register} {section:#x}")?;
-        }
-        for (head, rounds) in &self.loops {
-            writeln!(f, "loop {head:#x} {rounds}")?;
-        }
-        for [caller, back, callee] in &self.contexts {
-            writeln!(f, "context {caller} {back:#x} {callee:#x}")?;
-        }
-        for Call {
-            site,
-            callee,
-            costs,
-        } in &self.calls
-        {
-            match costs {
-                Some((function, keys)) => {
-                    writeln!(f, "call {site:#x} {callee:#x} costs {function} {keys}")?;
-                }
-                None => writeln!(f, "call {site:#x} {callee:#x} never")?,
-            }
-        }
-        self.pieces
-            .iter()
-            .try_for_each(|piece| write!(f, "{piece}"))
-    }
-}
-
-impl Display for Piece {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "piece {:#x} {} {}", self.entry, self.cycles, self.place)?;
-        self.pipes
-            .iter()
-            .try_for_each(|pipe| writeln!(f, "pipe {pipe:#x}"))?;
-        for place in &self.places {
-            write!(f, "place {}", place.sp)?;
-            let registers = place.registers.iter().enumerate();
-            let registers = registers.filter_map(|(at, tag)| Some((0, at as i32, (*tag)?)));
-            let slots = place.slots.iter().map(|(at, tag)| (1, *at, *tag));
-            for (slot, at, tag) in registers.chain(slots) {
-                match tag {
-                    Tag::Section(of) => write!(f, " {slot} {at} 0 {of:#x}")?,
-                    Tag::Return(context, sp) => write!(f, " {slot} {at} {} {sp}", context + 1)?,
-                }
-            }
-            writeln!(f)?;
-        }
-        for facts in &self.facts {
-            write!(f, "facts {:#x} {}", facts.flags, facts.values.len())?;
-            for [low, high] in &facts.values {
-                write!(f, " {low} {high}")?;
-            }
-            for (place, name) in facts
-                .names
-                .iter()
-                .enumerate()
-                .filter(|(_, n)| **n != u16::MAX)
-            {
-                write!(f, " {place} {name}")?;
-            }
-            writeln!(f)?;
-        }
-        for (context, head, cycles) in &self.rounds {
-            writeln!(f, "round {context} {head:#x} {cycles}")?;
-        }
-        for point in &self.points {
-            let Point {
-                context, at, place, ..
-            } = point;
-            write!(f, "point {context} {at:#x} {} {place}", point.it.bits())?;
-            writeln!(f, "{}", list(&point.loops))?;
-            for (pipe, facts, remains) in &point.states {
-                writeln!(f, "state {pipe} {facts} {remains}")?;
-            }
-        }
-        Ok(())
+    fn is_well_formed(&self) -> bool {
+        distinct(self.entered.iter().map(|(register, _)| register))
+            && distinct(self.bases.iter().map(|(register, _)| register))
+            && distinct(self.loops.iter().map(|(head, _)| head))
+            && distinct(self.contexts.iter())
+            && distinct(self.calls.iter().map(|call| (call.site, call.callee)))
+            && distinct(self.pieces.iter().map(|piece| piece.entry))
     }
 }
 

@@ -41,6 +41,28 @@ const ALWAYS: [&str; 14] = [
 /// Assumptions that are of this image, one by one.
 pub fn assumptions(certificate: &Certificate) -> Vec<String> {
     let mut all: Vec<String> = ALWAYS.iter().map(|text| text.to_string()).collect();
+    for own in &certificate.memories {
+        let banks: Vec<String> = own.banks.iter().map(u8::to_string).collect();
+        let cycles = |cycles: u16| match cycles {
+            0 => "in a time that nobody knows".to_string(),
+            cycles => format!("in {cycles} cycles"),
+        };
+        all.push(format!(
+            "{} bytes of memory at {:#x} are accessed {} and fetched {}, {} banks {}",
+            own.size,
+            own.base,
+            cycles(own.access),
+            cycles(own.fetch),
+            if own.striped { "word by word in" } else { "in" },
+            banks.join(", ")
+        ));
+    }
+    for own in &certificate.buses {
+        all.push(format!(
+            "devices in {} bytes at {:#x} are read in {} cycles and written in {}",
+            own.size, own.base, own.read, own.write
+        ));
+    }
     for (at, targets) in &certificate.targets {
         let to: Vec<String> = targets
             .iter()

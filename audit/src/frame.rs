@@ -1,8 +1,6 @@
 //! The frame of a core: from the request of its tick to the return from its handler, and what it is
 //! summed from.
 
-use std::collections::BTreeSet;
-
 use whippen_isa::timing::{Core, Evidence};
 
 use crate::Refusal;
@@ -245,10 +243,6 @@ fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
     if function.contexts.first() != Some(&[0, 0, first.entry]) {
         return Err(Refusal::at(first.entry, "is not the first context's"));
     }
-    let entries: BTreeSet<u32> = function.pieces.iter().map(|piece| piece.entry).collect();
-    if entries.len() != function.pieces.len() {
-        return Err(Refusal::at(first.entry, "has a piece twice"));
-    }
     if (function.kind == Kind::Keys) != (function.pieces.len() > 2)
         || function.kind != Kind::Keys && function.pieces.len() > 1
     {
@@ -277,24 +271,18 @@ fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
             "is entered with another stack than is claimed",
         ));
     }
-    let bases: BTreeSet<u8> = function
-        .bases
-        .iter()
-        .map(|(register, _)| *register)
-        .collect();
-    if bases.len() != function.bases.len() {
-        return Err(Refusal::at(
-            first.entry,
-            "has a register that points to two places",
-        ));
-    }
     let mut seen = Seen {
         class: Evidence::Exact,
         stack: 0,
+        hands_stack: false,
     };
     for piece in &function.pieces {
         check(stepper, piece, &facts, &mut seen).map_err(|why| why.in_function(&function.name))?;
         facts = Facts::default();
+    }
+    if seen.hands_stack != function.hands_stack {
+        let why = "does not hand out addresses of its stack as is claimed";
+        return Err(Refusal::at(first.entry, why));
     }
     if seen.stack != function.stack {
         let why = format!("uses {} bytes of stack, not {}", seen.stack, function.stack);

@@ -18,6 +18,7 @@ mod explain;
 mod facts;
 mod frame;
 mod memory;
+mod overlap;
 mod piece;
 mod place;
 mod step;
@@ -32,6 +33,7 @@ pub use explain::{NOT_CHECKED, assumptions, explain};
 pub use facts::{ALL, Facts, Interval, NONE, PLACES};
 pub use frame::{Checked, Sums, cost, costs, sums};
 pub use memory::{Around, Banks, hands_stack, owner};
+pub use overlap::Last;
 pub use piece::{Arrival, ends, node_of, walk};
 pub use place::{Place, Tag};
 pub use step::{Cost, Node, Seen, State, Stepper, Steps, To};
@@ -119,15 +121,9 @@ pub fn audit(elf: &Elf, certificate: &Certificate) -> Result<Vec<Checked>, Refus
         let why = "code or constants are not those that the certificate is of";
         return Err(Refusal::new(why.into()));
     }
-    let mut targets: Vec<u32> = certificate.targets.iter().map(|(at, _)| *at).collect();
-    targets.dedup();
-    let cores = certificate.frames.iter().map(|frame| frame.core);
-    let all_cores = (0..certificate.cores).all(|core| cores.clone().any(|own| own == core));
-    if targets.len() != certificate.targets.len() || !all_cores || certificate.cores == 0 {
-        return Err(Refusal::new(
-            "a core has no frame, or a branch has its targets twice".into(),
-        ));
-    }
+    certificate
+        .is_well_formed()
+        .map_err(|why| Refusal::new(why.into()))?;
     let mut checked = Vec::new();
     for frame in &certificate.frames {
         let around = Around::new(certificate, elf, frame.core)?;

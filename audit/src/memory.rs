@@ -68,29 +68,20 @@ impl Memory {
             .filter(|bank| *bank < 32)
     }
 
-    /// The banks of a range, word by word, or all of them.
+    /// The banks of a range: word by word where it is short, else by parts of 1 KiB, or all.
     fn banks_of(&self, from: u32, bytes: u32) -> Banks {
-        let all = self
-            .banks
-            .iter()
-            .fold(0, |set, bank| set | 1_u32.unbounded_shl((*bank).into()));
-        if bytes > 4096 {
-            let end = from.saturating_add(bytes - 1);
-            let run = if self.striped {
-                1
-            } else {
-                self.banks.len() as u32
-            };
-            return match (self.striped, run) {
-                (false, 1) => all,
-                (true, _) => all,
-                _ => (0..=bytes / 1024)
-                    .map(|step| from.saturating_add(1024 * step).min(end))
-                    .filter_map(|at| self.bank(at))
-                    .fold(0, |set, bank| set | 1 << bank),
-            };
+        let end = from.saturating_add(bytes.max(1));
+        let step = match bytes {
+            0..=4096 => 4,
+            _ => (self.size / (self.banks.len() as u32).max(1)).clamp(4, 1024) & !3,
+        };
+        if self.striped && bytes > 4096 {
+            return self
+                .banks
+                .iter()
+                .fold(0, |set, bank| set | 1_u32.unbounded_shl((*bank).into()));
         }
-        let words = (from & !3..from.saturating_add(bytes.max(1))).step_by(4);
+        let words = (from & !3..end).step_by(step as usize).chain([end - 1]);
         words
             .filter_map(|at| self.bank(at))
             .fold(0, |set, bank| set | 1 << bank)
@@ -115,7 +106,7 @@ fn banks_in(set: Banks) -> impl Iterator<Item = usize> {
 }
 
 /// How many words an instruction reads or writes.
-fn words(inst: &Inst) -> u16 {
+pub(crate) fn words(inst: &Inst) -> u16 {
     use Class::*;
     match inst.class() {
         Load | Store | LoadOrdered | StoreOrdered | TableBranch => 1,
@@ -206,6 +197,17 @@ impl<'a> Around<'a> {
             .memories
             .iter()
             .find(|own| own.contains(address))
+    }
+
+    /// The memory of an address, by first address.
+    pub(crate) fn memory_base(&self, address: u32) -> Option<u32> {
+        self.memory_at(address).map(|memory| memory.base)
+    }
+
+    /// The memory of the core's stack.
+    pub(crate) fn stack_memory(&self) -> Option<u32> {
+        let end = self.stack_end(self.core).ok()?;
+        self.memory_base(end - 4)
     }
 
     fn memory_of(&self, section: &Section) -> Result<&Memory, Refusal> {
@@ -468,7 +470,7 @@ impl<'a> Around<'a> {
 }
 
 /// The first address that an instruction accesses, where it is one of a few.
-fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval> {
+pub(crate) fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval> {
     let (class, name) = (inst.class(), inst.op().identifier());
     let simple = matches!(
         class,

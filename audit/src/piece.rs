@@ -16,6 +16,7 @@ use whippen_isa::timing::Pipe;
 use crate::Refusal;
 use crate::certificate::{Kind, Piece, Point};
 use crate::facts::Facts;
+use crate::overlap::Last;
 use crate::place::{Place, Tag};
 use crate::step::{Node, Seen, State, Stepper, To};
 
@@ -216,6 +217,7 @@ impl Check<'_> {
             pipe: Pipe::default(),
             facts: facts.clone(),
             place: self.place(self.piece.place)?.clone(),
+            last: Last::default(),
         };
         let node = Node {
             context: 0,
@@ -282,6 +284,7 @@ impl Check<'_> {
                 pipe: self.piece.pipe(*pipe).unwrap_or_default(),
                 facts: self.piece.facts[*facts as usize].clone(),
                 place: place.clone(),
+                last: Last::default(),
             };
             let needed = self.follow(node, state, &point.loops)?;
             if i128::from(*remains) != needed {

@@ -130,7 +130,7 @@ pub(crate) fn adds_index(inst: &Inst) -> bool {
 }
 
 /// Whether an instruction leaves in a register what was there, some constant further.
-fn steps(inst: &Inst, register: u8) -> bool {
+pub(crate) fn steps(inst: &Inst, register: u8) -> bool {
     match inst.class() {
         Class::Load | Class::LoadDual => {
             inst.wback && inst.n == register && inst.t != register && inst.t2 != register

@@ -4,6 +4,8 @@
 //! allow, a division is as long as they allow. Cycles are those of `isa::timing::Core::issue`, the
 //! function that the emulator counts with.
 
+mod calls;
+
 use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target};
 use whippen_isa::{Class, Cond, Inst, ItState, Op, RegSet, decode, is_wide, reg};
 
@@ -12,7 +14,8 @@ use crate::certificate::{Certificate, Function, Kind};
 use crate::effect::execute;
 use crate::elf::Elf;
 use crate::facts::Facts;
-use crate::memory::{Access, Around, SOMEWHERE, hands_stack};
+use crate::memory::{Access, Around, hands_stack};
+use crate::overlap::Last;
 use crate::place::{Place, Tag};
 
 /// Entries of a table of branches at most.
@@ -38,6 +41,8 @@ pub struct State {
     pub facts: Facts,
     /// The stack.
     pub place: Place,
+    /// The access right before; forgotten at points.
+    pub last: Last,
 }
 
 /// Where an instruction leads.
@@ -69,6 +74,8 @@ pub struct Seen {
     pub class: Evidence,
     /// Bytes of stack.
     pub stack: u32,
+    /// Whether an address of the stack was handed out.
+    pub hands_stack: bool,
 }
 
 /// A function with all that its steps depend on.
@@ -164,6 +171,7 @@ impl Stepper<'_> {
     pub fn step(&self, node: Node, state: &State, seen: &mut Seen) -> Result<Steps, Refusal> {
         let inst = self.decode(node)?;
         let control = self.control(&inst, node.at)?;
+        seen.hands_stack |= hands_stack(&inst);
         if hands_stack(&inst) && !self.function.hands_stack {
             return Err(Refusal::at(node.at, "hands out an address of the stack"));
         }
@@ -331,109 +339,6 @@ impl Stepping<'_, '_> {
         Ok(found)
     }
 
-    fn calls(&mut self, callee: u32, state: State) -> Result<(), Refusal> {
-        let (own, caller) = (self.own, self.node.context);
-        let back = self.at().wrapping_add(self.inst.size());
-        let calls = &own.function.calls;
-        let known = calls
-            .iter()
-            .position(|c| c.site == self.at() && c.callee == callee);
-        if let Some(known) = known {
-            return match own.costs.get(known) {
-                Some(Some(cost)) => self.calls_known(callee, back, cost, state),
-                _ => Ok(()),
-            };
-        }
-        let wanted = [caller, back, callee];
-        let contexts = own.function.contexts.iter();
-        let context = contexts.skip(1).position(|context| *context == wanted);
-        let context = context.ok_or_else(|| self.refusal("calls what the certificate has not"))?;
-        let context = context as u32 + 1;
-        if context <= caller {
-            return Err(self.refusal("calls what may lead to it"));
-        }
-        let mut state = state;
-        let target = own.target(callee);
-        let cycles = self.cycles_of(Some(target), &mut state)?;
-        state.place.registers[usize::from(reg::LR)] = Some(Tag::Return(context, state.place.sp));
-        self.steps.push((self.jump(context, callee), state, cycles));
-        Ok(())
-    }
-
-    /// What the callee leaves in registers is not known; nothing remains in the pipeline.
-    fn calls_known(
-        &mut self,
-        callee: u32,
-        back: u32,
-        cost: &Cost,
-        state: State,
-    ) -> Result<(), Refusal> {
-        let mut state = state;
-        let (own, target) = (self.own, self.own.target(callee));
-        let cycles = self.cycles_of(Some(target), &mut state)?;
-        let below = state.place.sp.unsigned_abs().saturating_add(cost.stack);
-        self.seen.stack = self.seen.stack.max(below);
-        self.returns_no_dearer(own.target(back), cost)?;
-        state.pipe = Pipe::default();
-        state.facts = Facts::default();
-        state.place.registers = [None; 16];
-        let to = self.jump(self.node.context, back);
-        self.steps.push((to, state, cycles + cost.cycles));
-        Ok(())
-    }
-
-    /// That the way back from a callee costs no more than the one it is bounded with.
-    fn returns_no_dearer(&self, to: Target, cost: &Cost) -> Result<(), Refusal> {
-        let around = self.own.around;
-        let Some((at, wide)) = cost.returns else {
-            return Ok(());
-        };
-        let split = |at: u32, wide: bool| at & 2 != 0 && wide;
-        let dearer = split(to.address, to.wide) && !split(at, wide)
-            || around.target_wait(to.address)? > around.target_wait(at)?
-            || around.fetched_at(to.address) & !cost.fetched != 0;
-        match dearer {
-            true => Err(self.refusal("is returned to at more than is claimed")),
-            false => Ok(()),
-        }
-    }
-
-    fn comes_back(&mut self, state: State) -> Result<(), Refusal> {
-        let (own, inst, context) = (self.own, self.inst, self.node.context);
-        let mut state = state;
-        let from_stack = matches!(inst.class(), Class::Load | Class::LoadMultiple);
-        let tag = match from_stack {
-            true => state.place.loaded_pc(&inst),
-            false => state.place.tag(reg::LR),
-        };
-        let Some(Tag::Return(to, sp)) = tag else {
-            return Err(self.refusal("does not return to its caller"));
-        };
-        let called = own
-            .function
-            .contexts
-            .get(context as usize)
-            .copied()
-            .unwrap_or_default();
-        let root = context == 0;
-        let target = match (root, own.function.kind) {
-            (true, Kind::Handler) => None,
-            (true, _) => own.function.returns.or(Some((SOMEWHERE, true))),
-            _ => Some((called[1], own.elf().is_wide(called[1]))),
-        };
-        let target = target.map(|(address, wide)| Target { address, wide });
-        let cycles = self.cycles_of(target, &mut state)?;
-        if to != context || sp != state.place.sp {
-            return Err(self.refusal("does not return to its caller"));
-        }
-        let to = match root {
-            true => To::Return,
-            false => self.jump(called[0], called[1]),
-        };
-        self.steps.push((to, state, cycles));
-        Ok(())
-    }
-
     fn execute(&mut self, to: To, target: Option<Target>, state: State) -> Result<(), Refusal> {
         let mut state = state;
         let cycles = self.cycles_of(target, &mut state)?;
@@ -501,8 +406,16 @@ impl Stepping<'_, '_> {
             Kind::Idle => own.around.waits_anywhere(&access)?,
             _ => own.around.waits(&access)?,
         };
-        // Where loads of one memory overlap, none is taken to be in the memory of the one before.
-        let apart = own.core.overlap.cycles != 0;
+        let last = match own.core.overlap.cycles {
+            0 => Last::default(),
+            _ => Last::of(&inst, at, &state.facts, state.place.tag(inst.n), own.around),
+        };
+        let apart = own.core.overlap.cycles != 0 && state.last.is_apart(last, &inst);
+        state.last = if outcome.skipped {
+            Last::default()
+        } else {
+            last
+        };
         let outcome = Outcome {
             waits,
             apart,

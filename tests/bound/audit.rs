@@ -18,7 +18,7 @@ fn certified(image: &Image) -> Result<Certificate, String> {
 fn spring() -> Image {
     let mut all = instruments();
     all.retain(|compiled| compiled.model.name == "virtual_spring");
-    Image::new(all.remove(0), 2)
+    Image::new(all.remove(0), 4)
 }
 
 /// What a checker says of a text beside the bytes of an image.
@@ -62,32 +62,65 @@ fn every_instrument_is_audited() {
     }
 }
 
-/// Entries whose change is no lie, and why: all else is refused.
-const HARMLESS: [(&str, &str); 0] = [];
+/// Numbers whose change is accepted where it is no lie, by the line's first word and the number's
+/// place in it (0: any), and why.
+const HARMLESS: [(&str, usize, &str); 8] = [
+    (
+        "deadline",
+        1,
+        "what a frame may take is asked, not proven; it is told beside the cycles",
+    ),
+    (
+        "memory",
+        0,
+        "no byte says what the board is; `--explain` tells each memory",
+    ),
+    ("bus", 0, "likewise"),
+    (
+        "entered",
+        0,
+        "an assumption, which `--explain` tells; another one with the same outcome",
+    ),
+    (
+        "returns",
+        0,
+        "another place to return to at the same cost, or none, which is the dearest",
+    ),
+    (
+        "place",
+        0,
+        "less is claimed of a register, or something else that is true",
+    ),
+    (
+        "point",
+        4,
+        "another of the stacks, which claims less of registers",
+    ),
+    (
+        "state",
+        2,
+        "other facts, which claim less or hold too, and no other cycles",
+    ),
+];
 
-/// A line with one of its numbers changed.
+/// A line with one of its numbers changed, in the base that it is written in.
 fn changed(line: &str, word: usize, by: i128) -> Option<String> {
     let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
     let old = words.get(word)?;
-    let number = match old.strip_prefix("0x") {
-        Some(hex) => i128::from_str_radix(hex, 16).ok()?,
-        None => old.parse().ok()?,
+    words[word] = match old.strip_prefix("0x") {
+        Some(hex) => format!("{:#x}", i128::from_str_radix(hex, 16).ok()? + by),
+        None => (old.parse::<i128>().ok()? + by).to_string(),
     };
-    words[word] = (number + by).to_string();
     Some(words.join(" "))
 }
 
 /// Every number one up and one down, every line left out and doubled.
-fn mutants(lines: &[&str], at: usize) -> Vec<(String, Vec<String>)> {
-    let line = lines[at];
-    let mut all = vec![
-        (format!("without `{line}`"), Vec::new()),
-        (format!("`{line}` twice"), vec![line.to_string(); 2]),
-    ];
+fn mutants(line: &str) -> Vec<(usize, Vec<String>)> {
+    let mut all = vec![(0, Vec::new()), (0, vec![line.to_string(); 2])];
     for word in 1..line.split(' ').count() {
         for by in [1, -1] {
             let new = changed(line, word, by);
-            all.extend(new.map(|new| (format!("`{line}` as `{new}`"), vec![new])));
+            all.extend(new.map(|new| (word, vec![new])));
         }
     }
     all
@@ -100,27 +133,40 @@ fn a_certificate_that_lies_is_refused() {
     let elf = Elf::read(&executable(&image.whole.image, &[], None)).expect("it is an ELF file");
     assert_eq!(judged(&elf, &text), Ok(()));
     let lines: Vec<&str> = text.lines().collect();
-    let (mut tried, mut accepted) = (0, Vec::new());
-    for at in 0..lines.len() {
-        for (what, new) in mutants(&lines, at) {
+    let (mut tried, mut harmless, mut accepted) = (0, 0, Vec::new());
+    for (at, line) in lines.iter().enumerate() {
+        for (word, new) in mutants(line) {
             let before = lines[..at].iter().map(|line| line.to_string());
             let behind = lines[at + 1..].iter().map(|line| line.to_string());
-            let text: Vec<String> = before.chain(new).chain(behind).collect();
+            let text: Vec<String> = before.chain(new.clone()).chain(behind).collect();
             tried += 1;
-            if judged(&elf, &text.join("\n")).is_ok() {
-                accepted.push(what);
+            if judged(&elf, &text.join("\n")).is_err() {
+                continue;
+            }
+            let what = line.split(' ').next().unwrap_or_default();
+            let known = |own: &&(&str, usize, &str)| own.0 == what && [0, word].contains(&own.1);
+            match HARMLESS.iter().find(known) {
+                Some(_) => harmless += 1,
+                None => accepted.push(format!("`{line}` as {new:?}")),
             }
         }
     }
-    println!("{tried} tried");
-    let harmless = |what: &String| HARMLESS.iter().any(|(own, _)| what.contains(own));
-    accepted.retain(|what| !harmless(what));
+    println!("{tried} tried, {harmless} harmless");
     assert!(
         accepted.is_empty(),
         "{} of {tried}:\n{}",
         accepted.len(),
         accepted.join("\n")
     );
+    assert!(harmless < tried / 20, "{harmless} of {tried} are harmless");
+}
+
+/// Turns bits of a byte that is stored.
+fn flip(image: &mut Image, at: u32, bits: u8) {
+    let segments = image.whole.image.segments.iter_mut();
+    let mut own = segments.filter(|own| at.wrapping_sub(own.run) < own.bytes.len() as u32);
+    let own = own.next().expect("it is stored");
+    own.bytes[(at - own.run) as usize] ^= bits;
 }
 
 #[test]
@@ -139,16 +185,10 @@ fn an_image_with_another_bit_is_refused() {
     for _ in 0..tries {
         let (base, size) = code[random.below(code.len() as u64) as usize];
         let at = base + random.below(u64::from(size)) as u32;
-        let bit = 1 << random.below(8);
-        let mut flip = || {
-            let segments = image.whole.image.segments.iter_mut();
-            let mut own = segments.filter(|own| at.wrapping_sub(own.run) < own.bytes.len() as u32);
-            let own = own.next().expect("it is stored");
-            own.bytes[(at - own.run) as usize] ^= bit;
-        };
-        flip();
+        let bit = 1_u8 << random.below(8);
+        flip(&mut image, at, bit);
         let elf = Elf::read(&executable(&image.whole.image, &[], None)).expect("an ELF file");
-        flip();
+        flip(&mut image, at, bit);
         assert!(judged(&elf, &text).is_err(), "{at:#x} {bit:#x}");
         let mut own = Certificate::read(&text).expect("it can be read");
         own.sections = elf.constants();

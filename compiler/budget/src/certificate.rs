@@ -12,6 +12,7 @@
 //! Not here: images with zones or parts, and boards with a DMA, which have no certificate.
 
 mod explore;
+mod finish;
 mod potential;
 
 use std::fmt::{self, Display};

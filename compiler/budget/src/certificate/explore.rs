@@ -3,13 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use whippen_audit::{
-    Around, Arrival, Certificate, Cost, Facts, Function, Kind, NONE, Node, PLACES, Piece, Place,
-    Point, Refusal, Seen, State, Stepper, Tag, walk,
+    Around, Arrival, Certificate, Cost, Facts, Function, Kind, Last, NONE, Node, PLACES, Piece,
+    Place, Refusal, Seen, State, Stepper, Tag, walk,
 };
-use whippen_isa::ItState;
 use whippen_isa::timing::{Core, Evidence, Pipe};
 
-use super::potential;
+use super::finish::finished;
 use crate::graph::Graph;
 use crate::memory::SOMEWHERE;
 use crate::order::{Element, Loop};
@@ -66,7 +65,7 @@ pub struct Round {
 pub struct Explored {
     pub spots: Vec<Spot>,
     pub rounds: Vec<Round>,
-    index: HashMap<(u32, u32), usize>,
+    pub index: HashMap<(u32, u32), usize>,
     open: BTreeSet<(usize, usize)>,
     /// The cycles of the longest instruction.
     pub longest: u64,
@@ -104,6 +103,7 @@ impl Explorer<'_> {
         let mut seen = Seen {
             class: Evidence::Exact,
             stack: 0,
+            hands_stack: false,
         };
         for _ in 0..TRIES_MAX {
             let mut again = false;
@@ -310,6 +310,7 @@ impl Run<'_, '_> {
             pipe: Pipe::default(),
             facts,
             place: place.clone(),
+            last: Last::default(),
         };
         let node = Node {
             context: 0,
@@ -323,7 +324,15 @@ impl Run<'_, '_> {
             let spot = &piece.spots[number];
             let (pipe, facts) = spot.states[nth].clone();
             let place = spot.place.clone().unwrap_or_default();
-            let from = (spot.node, State { pipe, facts, place });
+            let from = (
+                spot.node,
+                State {
+                    pipe,
+                    facts,
+                    place,
+                    last: Last::default(),
+                },
+            );
             let is_point = |node: &Node| index.contains(&(node.context, node.at));
             let mut longest = piece.longest;
             let mut passes = |_, cycles| {
@@ -466,89 +475,4 @@ fn join(a: &Facts, b: &Facts) -> Facts {
     }
     joined.trim(0xffff | FLAGS);
     joined
-}
-
-/// As a piece of a certificate, with the cycles that remain.
-fn finished(
-    entry: u32,
-    explored: Explored,
-    entered: (&Facts, Place),
-    kind: Kind,
-    core: &Core,
-) -> Result<Piece, Refusal> {
-    let mut explored = explored;
-    let (facts, own) = entered;
-    let start = explored.index.get(&(0, entry)).copied();
-    let start = start.ok_or_else(|| Refusal::at(entry, "is no point"))?;
-    let idle = kind == Kind::Idle;
-    let remains = potential::remains(&mut explored, (start, facts), idle)?;
-    let mut piece = Piece {
-        entry,
-        ..Piece::default()
-    };
-    piece.place = number(&mut piece.places, own);
-    let used: Vec<bool> = (0..explored.rounds.len() as u32)
-        .map(|number| {
-            explored
-                .spots
-                .iter()
-                .zip(&remains.kept)
-                .any(|(spot, kept)| !kept.is_empty() && spot.loops.contains(&number))
-        })
-        .collect();
-    let mut numbers = Vec::new();
-    for ((round, cycles), used) in explored.rounds.iter().zip(&remains.rounds).zip(used) {
-        numbers.push(piece.rounds.len() as u32);
-        if used {
-            piece
-                .rounds
-                .push((round.context, round.head, *cycles as u64));
-        }
-    }
-    for (spot, kept) in explored.spots.iter().zip(&remains.kept) {
-        let (Some(place), false) = (&spot.place, kept.is_empty()) else {
-            continue;
-        };
-        let mut states = Vec::new();
-        for (nth, remains) in kept {
-            let (pipe, facts) = &spot.states[*nth];
-            let pipe = number(&mut piece.pipes, pipe.to_bits());
-            let facts = number(&mut piece.facts, facts.clone());
-            states.push((pipe, facts, *remains));
-        }
-        piece.points.push(Point {
-            context: spot.node.context,
-            at: spot.node.at,
-            it: it_of(spot.node.it),
-            place: number(&mut piece.places, place.clone()),
-            loops: spot
-                .loops
-                .iter()
-                .map(|own| numbers[*own as usize])
-                .collect(),
-            states,
-        });
-    }
-    piece.cycles = match idle {
-        true => remains.longest + u64::from(core.late.cycles),
-        false => remains.entry as u64,
-    };
-    Ok(piece)
-}
-
-fn it_of(bits: u8) -> ItState {
-    match bits {
-        0 => ItState::OUTSIDE,
-        _ => ItState::after_it(bits >> 4, bits & 15).unwrap_or_default(),
-    }
-}
-
-/// The number of something in a list, where it is put.
-fn number<T: PartialEq>(all: &mut Vec<T>, one: T) -> u32 {
-    let known = all.iter().position(|own| *own == one);
-    let at = known.unwrap_or(all.len());
-    if known.is_none() {
-        all.push(one);
-    }
-    at as u32
 }
