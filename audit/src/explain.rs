@@ -41,6 +41,14 @@ const ALWAYS: [&str; 14] = [
 /// Assumptions that are of this image, one by one.
 pub fn assumptions(certificate: &Certificate) -> Vec<String> {
     let mut all: Vec<String> = ALWAYS.iter().map(|text| text.to_string()).collect();
+    let cores = certificate.cores;
+    all.push(format!(
+        "{cores} cores play; no other one fetches or accesses anything"
+    ));
+    all.push(match certificate.fetches {
+        true => "a core fetches and accesses data through a port each".to_string(),
+        false => "a core fetches and accesses data through one port".to_string(),
+    });
     for own in &certificate.memories {
         let banks: Vec<String> = own.banks.iter().map(u8::to_string).collect();
         let cycles = |cycles: u16| match cycles {
@@ -82,6 +90,17 @@ pub fn assumptions(certificate: &Certificate) -> Vec<String> {
     }
     for frame in &certificate.frames {
         let name = format!("core {}, program {}", frame.core, frame.program);
+        all.push(format!(
+            "{name}: the table of vectors lies at {:#x}",
+            frame.vectors
+        ));
+        let between = frame.functions.iter().find(|own| own.kind == Kind::Idle);
+        if let Some(piece) = between.and_then(|own| own.pieces.first()) {
+            let entry = piece.entry;
+            all.push(format!(
+                "{name}: between ticks runs what begins at {entry:#x}, nothing else"
+            ));
+        }
         if certificate.cores > 1 {
             all.push(format!(
                 "{name}: between two ticks the other core accesses its memory {} times at most",

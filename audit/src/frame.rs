@@ -8,7 +8,7 @@ use crate::certificate::{Certificate, Frame, Function, Kind};
 use crate::facts::Facts;
 use crate::memory::Around;
 use crate::piece::check;
-use crate::place::{Place, Tag};
+use crate::place::Place;
 use crate::step::{Cost, Seen, Stepper};
 
 /// Words that an exception saves and restores, and bytes with what aligns them.
@@ -258,12 +258,7 @@ fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
             facts.set(*register, *words);
         }
     }
-    let derived = |register: u8| {
-        stepper
-            .around
-            .section_of(facts.of(register))
-            .map(Tag::Section)
-    };
+    let derived = |register: u8| stepper.derived(&facts, register);
     let place = first.places.get(first.place as usize);
     if !place.is_some_and(|place| place.covers(&entered, derived)) {
         return Err(Refusal::at(

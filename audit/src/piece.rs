@@ -245,12 +245,7 @@ impl Check<'_> {
     /// What remains where a state comes to a point: by a claimed state that covers it.
     fn arrive(&mut self, number: usize, state: &State) -> Result<i64, Refusal> {
         let point = &self.piece.points[number];
-        let around = self.stepper.around;
-        let derived = |register: u8| {
-            around
-                .section_of(state.facts.of(register))
-                .map(Tag::Section)
-        };
+        let derived = |register: u8| self.stepper.derived(&state.facts, register);
         if !self.place(point.place)?.covers(&state.place, derived) {
             return Err(Refusal::at(
                 point.at,
@@ -370,19 +365,23 @@ impl Check<'_> {
     /// to point somewhere.
     fn hand_over(&self, at: u32, loops: &[u32], state: &State) -> Result<i128, Refusal> {
         let function = self.stepper.function;
+        let last = function.pieces.last().map(|piece| piece.entry);
+        if last == Some(self.piece.entry) {
+            return Err(Refusal::at(
+                at,
+                "is led to by the last piece, which runs once",
+            ));
+        }
         let next = function
             .pieces
             .iter()
             .skip(1)
             .find(|piece| piece.entry == at);
         let place = next.and_then(|next| next.places.get(next.place as usize));
-        let around = self.stepper.around;
         let derived = |register: u8| {
-            let found = around.section_of(state.facts.of(register));
+            let found = self.stepper.derived(&state.facts, register);
             let assumed = function.bases.iter().find(|(own, _)| *own == register);
-            found
-                .or(assumed.map(|(_, section)| *section))
-                .map(Tag::Section)
+            found.or(assumed.map(|(_, section)| Tag::Section(*section)))
         };
         match place.is_some_and(|place| place.covers(&state.place, derived)) {
             true => self.leave(loops, 0, state),

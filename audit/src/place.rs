@@ -158,7 +158,7 @@ fn moved(inst: &Inst) -> Option<i32> {
         (_, Op::VPUSH | Op::VPUSH_single) => Some(-singles),
         (_, Op::VPOP | Op::VPOP_single) => Some(singles),
         (Class::Load | Class::LoadDual | Class::Store | Class::StoreDual, _)
-            if inst.n == reg::SP && inst.wback =>
+            if inst.n == reg::SP && inst.wback && inst.t != reg::SP && inst.t2 != reg::SP =>
         {
             Some(offset)
         }
@@ -183,7 +183,7 @@ fn slot(inst: &Inst, sp: i32, register: u8, stores: bool) -> Option<i32> {
     match (inst.class(), stores) {
         (StoreMultiple, true) if listed && inst.op() == Op::STM => Some(sp + below),
         (StoreMultiple, true) if listed => Some(sp - 4 * list.count_ones() as i32 + below),
-        (LoadMultiple, false) if listed => Some(sp + below),
+        (LoadMultiple, false) if listed && inst.op() != Op::LDMDB => Some(sp + below),
         (Load, false) if inst.t == register && inst.op() == Op::LDR_immediate => Some(sp + offset),
         (Store, true) | (StoreDual, true) | (LoadDual, false) if inst.t == register => {
             Some(sp + offset)

@@ -194,6 +194,14 @@ impl Stepper<'_> {
         Ok(step.steps)
     }
 
+    /// The section that a register's interval lies in: in the code of keys alone, where pointers
+    /// are moved by what selection knows; elsewhere addresses are known or they are not.
+    pub fn derived(&self, facts: &Facts, register: u8) -> Option<Tag> {
+        let keys = self.function.kind == Kind::Keys;
+        let section = keys.then(|| self.around.section_of(facts.of(register)));
+        section.flatten().map(Tag::Section)
+    }
+
     fn target(&self, to: u32) -> Target {
         Target {
             address: to & !1,
@@ -368,12 +376,7 @@ impl Stepping<'_, '_> {
     /// What the base register holds of a pointer.
     fn points(&self, state: &State) -> Option<Tag> {
         let register = self.inst.n;
-        let derived = || {
-            self.own
-                .around
-                .section_of(state.facts.of(register))
-                .map(Tag::Section)
-        };
+        let derived = || self.own.derived(&state.facts, register);
         state.place.tag(register).or_else(derived)
     }
 

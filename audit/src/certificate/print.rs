@@ -8,12 +8,8 @@ use crate::place::Tag;
 impl Display for Certificate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{HEADER}\ncore {} {:#x}", self.core, self.table)?;
-        writeln!(
-            f,
-            "deadline {}\nfetches {}",
-            self.deadline,
-            u8::from(self.fetches)
-        )?;
+        let fetches = u8::from(self.fetches);
+        writeln!(f, "deadline {}\nfetches {fetches}", self.deadline)?;
         writeln!(f, "cores {}\ndead {:#x}", self.cores, self.dead)?;
         for own in &self.memories {
             let Memory {

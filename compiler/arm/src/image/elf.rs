@@ -100,6 +100,12 @@ fn with_certificate(
         file.add(Part::debug(CERTIFICATE_SECTION, text.into()));
     }
     let mut symbols = Symbols::new(file.parts());
+    symbols.add(image_symbols(image));
+    file.finish(&symbols, &attributes::section(image.arch, true))
+}
+
+/// What an image names.
+fn image_symbols(image: &Image) -> Vec<Entry> {
     let named = image.symbols.iter().map(|symbol| Entry {
         name: symbol.name.clone(),
         value: symbol.address,
@@ -108,8 +114,7 @@ fn with_certificate(
         global: symbol.global,
         place: symbol.section.map_or(symbols::ABSOLUTE, file::number),
     });
-    symbols.add(named.collect());
-    file.finish(&symbols, &attributes::section(image.arch, true))
+    named.collect()
 }
 
 /// An object as a relocatable file, its lines and variables included.

@@ -55,7 +55,7 @@ pub struct Follows {
 
 /// A loop of a piece.
 #[derive(Debug, Clone)]
-pub struct Round {
+pub struct LoopOfPiece {
     pub context: u32,
     pub head: u32,
     pub rounds_max: u32,
@@ -64,7 +64,7 @@ pub struct Round {
 /// A piece under exploration.
 pub struct Explored {
     pub spots: Vec<Spot>,
-    pub rounds: Vec<Round>,
+    pub rounds: Vec<LoopOfPiece>,
     pub index: HashMap<(u32, u32), usize>,
     open: BTreeSet<(usize, usize)>,
     /// The cycles of the longest instruction.
@@ -123,23 +123,27 @@ impl Explorer<'_> {
             }
             if !again {
                 function.stack = seen.stack;
-                let first = self.entered(&function);
-                let kind = function.kind;
-                for (number, (explored, piece)) in
-                    pieces.into_iter().zip(&mut function.pieces).enumerate()
-                {
-                    let facts = if number == 0 {
-                        first.clone()
-                    } else {
-                        Facts::default()
-                    };
-                    let place = places.get(&piece.entry).cloned().unwrap_or_default();
-                    *piece = finished(piece.entry, explored, (&facts, place), kind, self.core)?;
-                }
-                return Ok(function);
+                return self.finished(function, pieces, &places);
             }
         }
         Err(Refusal::at(entries[0], "has stacks that do not settle"))
+    }
+
+    /// With the pieces in the place of what was explored.
+    fn finished(
+        &self,
+        function: Function,
+        pieces: Vec<Explored>,
+        places: &BTreeMap<u32, Place>,
+    ) -> Result<Function, Refusal> {
+        let mut function = function;
+        let (mut facts, kind) = (self.entered(&function), function.kind);
+        for (explored, piece) in pieces.into_iter().zip(&mut function.pieces) {
+            let place = places.get(&piece.entry).cloned().unwrap_or_default();
+            *piece = finished(piece.entry, explored, (&facts, place), kind, self.core)?;
+            facts = Facts::default();
+        }
+        Ok(function)
     }
 
     fn entered(&self, function: &Function) -> Facts {
@@ -252,7 +256,7 @@ impl Explored {
                 Element::Loop(around) => {
                     let head = &graph.blocks[around.head];
                     nest.push(self.rounds.len() as u32);
-                    self.rounds.push(Round {
+                    self.rounds.push(LoopOfPiece {
                         context: contexts[head.context],
                         head: head.address(),
                         rounds_max: around.rounds_max,
@@ -321,18 +325,7 @@ impl Run<'_, '_> {
         self.arrive(piece, node, &start, &mut again)?;
         let index: BTreeSet<(u32, u32)> = piece.index.keys().copied().collect();
         while let Some((number, nth)) = piece.open.pop_first() {
-            let spot = &piece.spots[number];
-            let (pipe, facts) = spot.states[nth].clone();
-            let place = spot.place.clone().unwrap_or_default();
-            let from = (
-                spot.node,
-                State {
-                    pipe,
-                    facts,
-                    place,
-                    last: Last::default(),
-                },
-            );
+            let from = start_of(&piece.spots[number], nth);
             let is_point = |node: &Node| index.contains(&(node.context, node.at));
             let mut longest = piece.longest;
             let mut passes = |_, cycles| {
@@ -346,23 +339,14 @@ impl Run<'_, '_> {
                 let to = match arrival {
                     Arrival::Point(node) => Some(self.arrive(piece, node, &state, &mut again)?),
                     Arrival::Piece(at) => {
-                        let mut state = state.clone();
-                        for (register, section) in &self.function.bases {
-                            let tag = &mut state.place.registers[usize::from(*register & 15)];
-                            tag.get_or_insert(Tag::Section(*section));
-                        }
-                        let place = places.entry(at).or_insert_with(nowhere);
-                        again |= self.meet_place(place, &state);
+                        again |= self.hand_over(at, &state, places);
                         None
                     }
                     Arrival::Return => None,
                 };
                 let state = (state.pipe, state.facts);
-                follows.push(Follows {
-                    cycles: cycles as i64,
-                    to,
-                    state,
-                });
+                let cycles = cycles as i64;
+                follows.push(Follows { cycles, to, state });
             }
             let spot = &mut piece.spots[number];
             spot.follows
@@ -370,6 +354,16 @@ impl Run<'_, '_> {
             spot.follows[nth] = follows;
         }
         Ok(again)
+    }
+
+    /// Another piece begins: with what registers are assumed to point to there.
+    fn hand_over(&self, at: u32, state: &State, places: &mut BTreeMap<u32, Place>) -> bool {
+        let mut state = state.clone();
+        for (register, section) in &self.function.bases {
+            let tag = &mut state.place.registers[usize::from(*register & 15)];
+            tag.get_or_insert(Tag::Section(*section));
+        }
+        self.meet_place(places.entry(at).or_insert_with(nowhere), &state)
     }
 
     /// A state comes to a spot: its number there.
@@ -422,9 +416,10 @@ impl Run<'_, '_> {
 
     /// What is known of a stack on all ways; whether that is less than before.
     fn meet_place(&self, known: &mut Place, state: &State) -> bool {
+        let keys = self.function.kind == Kind::Keys;
         let derived = |register: u8| {
             let section = self.own.around.section_of(state.facts.of(register));
-            section.map(Tag::Section)
+            section.filter(|_| keys).map(Tag::Section)
         };
         let mut new = state.place.clone();
         for register in 0..15_u8 {
@@ -442,6 +437,20 @@ impl Run<'_, '_> {
         known.slots.retain(|slot| new.slots.contains(slot));
         *known != before
     }
+}
+
+/// Where a walk from a state begins.
+fn start_of(spot: &Spot, nth: usize) -> (Node, State) {
+    let (pipe, facts) = spot.states[nth].clone();
+    let place = spot.place.clone().unwrap_or_default();
+    let last = Last::default();
+    let state = State {
+        pipe,
+        facts,
+        place,
+        last,
+    };
+    (spot.node, state)
 }
 
 /// No stack yet.

@@ -1,11 +1,13 @@
 //! What was explored as a piece of a certificate: only what is reached, each entry once.
 
+use std::collections::BTreeSet;
+
 use whippen_audit::{Facts, Kind, Piece, Place, Point, Refusal};
 use whippen_isa::ItState;
 use whippen_isa::timing::Core;
 
 use super::explore::Explored;
-use super::potential;
+use super::potential::{self, Remains};
 
 /// As a piece of a certificate, with the cycles that remain.
 pub fn finished(
@@ -26,24 +28,7 @@ pub fn finished(
         ..Piece::default()
     };
     piece.place = number(&mut piece.places, own);
-    let used: Vec<bool> = (0..explored.rounds.len() as u32)
-        .map(|number| {
-            explored
-                .spots
-                .iter()
-                .zip(&remains.kept)
-                .any(|(spot, kept)| !kept.is_empty() && spot.loops.contains(&number))
-        })
-        .collect();
-    let mut numbers = Vec::new();
-    for ((round, cycles), used) in explored.rounds.iter().zip(&remains.rounds).zip(used) {
-        numbers.push(piece.rounds.len() as u32);
-        if used {
-            piece
-                .rounds
-                .push((round.context, round.head, *cycles as u64));
-        }
-    }
+    let numbers = loops(&explored, &remains, &mut piece);
     for (spot, kept) in explored.spots.iter().zip(&remains.kept) {
         let (Some(place), false) = (&spot.place, kept.is_empty()) else {
             continue;
@@ -73,6 +58,24 @@ pub fn finished(
         false => remains.entry as u64,
     };
     Ok(piece)
+}
+
+/// Puts the loops into a piece that something is in: the numbers of all there.
+fn loops(explored: &Explored, remains: &Remains, piece: &mut Piece) -> Vec<u32> {
+    let spots = explored.spots.iter().zip(&remains.kept);
+    let kept = spots.filter(|(_, kept)| !kept.is_empty());
+    let used: BTreeSet<u32> = kept
+        .flat_map(|(spot, _)| spot.loops.iter().copied())
+        .collect();
+    let mut numbers = Vec::new();
+    for (number, (own, cycles)) in (0..).zip(explored.rounds.iter().zip(&remains.rounds)) {
+        numbers.push(piece.rounds.len() as u32);
+        if used.contains(&number) {
+            let round = (own.context, own.head, *cycles as u64);
+            piece.rounds.push(round);
+        }
+    }
+    numbers
 }
 
 fn it_of(bits: u8) -> ItState {
