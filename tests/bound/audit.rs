@@ -62,9 +62,12 @@ fn every_instrument_is_audited() {
     }
 }
 
+/// Any number of a line, and the line as a whole.
+const ANY: usize = usize::MAX;
+
 /// Numbers whose change is accepted where it is no lie, by the line's first word and the number's
-/// place in it (0: any), and why.
-const HARMLESS: [(&str, usize, &str); 8] = [
+/// place in it (0: the line left out), and why.
+const HARMLESS: [(&str, usize, &str); 10] = [
     (
         "deadline",
         1,
@@ -72,23 +75,28 @@ const HARMLESS: [(&str, usize, &str); 8] = [
     ),
     (
         "memory",
-        0,
+        ANY,
         "no byte says what the board is; `--explain` tells each memory",
     ),
-    ("bus", 0, "likewise"),
+    ("bus", ANY, "likewise"),
     (
         "entered",
-        0,
-        "an assumption, which `--explain` tells; another one with the same outcome",
+        ANY,
+        "an assumption, which `--explain` tells; another with the same outcome",
     ),
     (
         "returns",
-        0,
-        "another place to return to at the same cost, or none, which is the dearest",
+        ANY,
+        "another place to return to at the same cost, or none: the most expensive",
+    ),
+    (
+        "function",
+        3,
+        "more banks than are fetched from, where that costs nothing",
     ),
     (
         "place",
-        0,
+        ANY,
         "less is claimed of a register, or something else that is true",
     ),
     (
@@ -98,10 +106,19 @@ const HARMLESS: [(&str, usize, &str); 8] = [
     ),
     (
         "state",
+        0,
+        "another state covers what comes here, at the same cycles",
+    ),
+    (
+        "state",
         2,
         "other facts, which claim less or hold too, and no other cycles",
     ),
 ];
+
+/// Lines that may be left out as nothing meets them: in an image of one program none begins, so
+/// these calls are never made. Whatever else they say is harmless.
+const UNMET: [&str; 2] = ["call", "targets"];
 
 /// A line with one of its numbers changed, in the base that it is written in.
 fn changed(line: &str, word: usize, by: i128) -> Option<String> {
@@ -133,7 +150,7 @@ fn a_certificate_that_lies_is_refused() {
     let elf = Elf::read(&executable(&image.whole.image, &[], None)).expect("it is an ELF file");
     assert_eq!(judged(&elf, &text), Ok(()));
     let lines: Vec<&str> = text.lines().collect();
-    let (mut tried, mut harmless, mut accepted) = (0, 0, Vec::new());
+    let (mut tried, mut harmless, mut unmet, mut accepted) = (0, 0, 0, Vec::new());
     for (at, line) in lines.iter().enumerate() {
         for (word, new) in mutants(line) {
             let before = lines[..at].iter().map(|line| line.to_string());
@@ -144,14 +161,19 @@ fn a_certificate_that_lies_is_refused() {
                 continue;
             }
             let what = line.split(' ').next().unwrap_or_default();
-            let known = |own: &&(&str, usize, &str)| own.0 == what && [0, word].contains(&own.1);
+            if word == 0 && new.is_empty() && UNMET.contains(&what) {
+                unmet += 1;
+                break;
+            }
+            let known = |own: &&(&str, usize, &str)| own.0 == what && [ANY, word].contains(&own.1);
             match HARMLESS.iter().find(known) {
                 Some(_) => harmless += 1,
                 None => accepted.push(format!("`{line}` as {new:?}")),
             }
         }
     }
-    println!("{tried} tried, {harmless} harmless");
+    println!("{tried} tried, {harmless} harmless, {unmet} lines of what is not met");
+    assert!(unmet <= 8, "two calls of each core, with their targets");
     assert!(
         accepted.is_empty(),
         "{} of {tried}:\n{}",

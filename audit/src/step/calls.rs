@@ -53,7 +53,7 @@ impl Stepping<'_, '_> {
         let cycles = self.cycles_of(Some(target), &mut state)?;
         let below = state.place.sp.unsigned_abs().saturating_add(cost.stack);
         self.seen.stack = self.seen.stack.max(below);
-        self.returns_no_dearer(own.target(back), cost)?;
+        self.returns_for_no_more(own.target(back), cost)?;
         state.pipe = Pipe::default();
         state.facts = Facts::default();
         state.place.registers = [None; 16];
@@ -63,16 +63,16 @@ impl Stepping<'_, '_> {
     }
 
     /// That the way back from a callee costs no more than the one it is bounded with.
-    fn returns_no_dearer(&self, to: Target, cost: &Cost) -> Result<(), Refusal> {
+    fn returns_for_no_more(&self, to: Target, cost: &Cost) -> Result<(), Refusal> {
         let around = self.own.around;
         let Some((at, wide)) = cost.returns else {
             return Ok(());
         };
         let split = |at: u32, wide: bool| at & 2 != 0 && wide;
-        let dearer = split(to.address, to.wide) && !split(at, wide)
+        let costs_more = split(to.address, to.wide) && !split(at, wide)
             || around.target_wait(to.address)? > around.target_wait(at)?
             || around.fetched_at(to.address) & !cost.fetched != 0;
-        match dearer {
+        match costs_more {
             true => Err(self.refusal("is returned to at more than is claimed")),
             false => Ok(()),
         }
