@@ -41,36 +41,7 @@ const ALWAYS: [&str; 14] = [
 /// Assumptions that are of this image, one by one.
 pub fn assumptions(certificate: &Certificate) -> Vec<String> {
     let mut all: Vec<String> = ALWAYS.iter().map(|text| text.to_string()).collect();
-    let cores = certificate.cores;
-    all.push(format!(
-        "{cores} cores play; no other one fetches or accesses anything"
-    ));
-    all.push(match certificate.fetches {
-        true => "a core fetches and accesses data through a port each".to_string(),
-        false => "a core fetches and accesses data through one port".to_string(),
-    });
-    for own in &certificate.memories {
-        let banks: Vec<String> = own.banks.iter().map(u8::to_string).collect();
-        let cycles = |cycles: u16| match cycles {
-            0 => "in a time that nobody knows".to_string(),
-            cycles => format!("in {cycles} cycles"),
-        };
-        all.push(format!(
-            "{} bytes of memory at {:#x} are accessed {} and fetched {}, {} banks {}",
-            own.size,
-            own.base,
-            cycles(own.access),
-            cycles(own.fetch),
-            if own.striped { "word by word in" } else { "in" },
-            banks.join(", ")
-        ));
-    }
-    for own in &certificate.buses {
-        all.push(format!(
-            "devices in {} bytes at {:#x} are read in {} cycles and written in {}",
-            own.size, own.base, own.read, own.write
-        ));
-    }
+    of_board(&mut all, certificate);
     for (at, targets) in &certificate.targets {
         let to: Vec<String> = targets
             .iter()
@@ -117,6 +88,40 @@ pub fn assumptions(certificate: &Certificate) -> Vec<String> {
         }
     }
     all
+}
+
+/// What no byte says: the cores that play, memories and buses.
+fn of_board(all: &mut Vec<String>, certificate: &Certificate) {
+    let cores = certificate.cores;
+    all.push(format!(
+        "{cores} cores play; no other one fetches or accesses anything"
+    ));
+    all.push(match certificate.fetches {
+        true => "a core fetches and accesses data through a port each".to_string(),
+        false => "a core fetches and accesses data through one port".to_string(),
+    });
+    for own in &certificate.memories {
+        let banks: Vec<String> = own.banks.iter().map(u8::to_string).collect();
+        let cycles = |cycles: u16| match cycles {
+            0 => "in a time that nobody knows".to_string(),
+            cycles => format!("in {cycles} cycles"),
+        };
+        all.push(format!(
+            "{} bytes of memory at {:#x} are accessed {} and fetched {}, {} banks {}",
+            own.size,
+            own.base,
+            cycles(own.access),
+            cycles(own.fetch),
+            if own.striped { "word by word in" } else { "in" },
+            banks.join(", ")
+        ));
+    }
+    for own in &certificate.buses {
+        all.push(format!(
+            "devices in {} bytes at {:#x} are read in {} cycles and written in {}",
+            own.size, own.base, own.read, own.write
+        ));
+    }
 }
 
 fn of_function(all: &mut Vec<String>, name: &str, function: &Function, frame: &Frame) {

@@ -1,13 +1,13 @@
 //! A piece: that the cycles claimed to remain in each state are what each of its steps demands.
 //!
-//! Potentials of a longest path. Each state of the certificate claims at most how many cycles remain
-//! to the end of its piece. Checked, for each of them and everything that may follow it: some state
-//! of the certificate covers what follows, and cycles of the step and those claimed to remain there
-//! come to no more. Nothing is searched.
+//! Potentials of a longest path. Each state of the certificate claims at most how many cycles
+//! remain to the end of its piece. Checked, for each of them and everything that may follow it:
+//! some state of the certificate covers what follows, and cycles of the step and those claimed to
+//! remain there come to no more. Nothing is searched.
 //!
 //! In loops the claim is `a + b r`: r rounds of the loop remain, the present one included, and b
-//! is the cycles claimed for a round. A loop is entered at its head alone, with all its rounds; back
-//! at the head one remains less; wherever it is left, one did remain at least.
+//! is the cycles claimed for a round. A loop is entered at its head alone, with all its rounds;
+//! back at the head one remains less; wherever it is left, one did remain at least.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 

@@ -1,5 +1,5 @@
-//! The stack, and what registers and slots of it hold of pointers: where the stack pointer is, return
-//! addresses, pointers into sections.
+//! The stack, and what registers and slots of it hold of pointers: where the stack pointer is,
+//! return addresses, pointers into sections.
 
 use whippen_isa::{Class, Inst, Op, RegSet, ShiftType, reg};
 

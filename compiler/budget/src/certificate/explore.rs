@@ -43,6 +43,14 @@ pub struct Spot {
     pub follows: Vec<Vec<Follows>>,
 }
 
+impl Spot {
+    fn set_follows(&mut self, nth: usize, follows: Vec<Follows>) {
+        let count = self.follows.len().max(nth + 1);
+        self.follows.resize(count, Vec::new());
+        self.follows[nth] = follows;
+    }
+}
+
 /// What follows a state.
 #[derive(Debug, Clone)]
 pub struct Follows {
@@ -316,13 +324,9 @@ impl Run<'_, '_> {
             place: place.clone(),
             last: Last::default(),
         };
-        let node = Node {
-            context: 0,
-            at: entry,
-            it: 0,
-        };
+        let (context, at, it) = (0, entry, 0);
         let mut again = false;
-        self.arrive(piece, node, &start, &mut again)?;
+        self.arrive(piece, Node { context, at, it }, &start, &mut again)?;
         let index: BTreeSet<(u32, u32)> = piece.index.keys().copied().collect();
         while let Some((number, nth)) = piece.open.pop_first() {
             let from = start_of(&piece.spots[number], nth);
@@ -348,10 +352,7 @@ impl Run<'_, '_> {
                 let cycles = cycles as i64;
                 follows.push(Follows { cycles, to, state });
             }
-            let spot = &mut piece.spots[number];
-            spot.follows
-                .resize(spot.follows.len().max(nth + 1), Vec::new());
-            spot.follows[nth] = follows;
+            piece.spots[number].set_follows(nth, follows);
         }
         Ok(again)
     }
