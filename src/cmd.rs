@@ -44,6 +44,8 @@ pub mod setup;
 mod strings;
 #[cfg(not(target_family = "wasm"))]
 mod studio;
+#[cfg(not(target_family = "wasm"))]
+mod study;
 mod sweep;
 mod tour;
 mod tune;
@@ -91,6 +93,9 @@ enum Command {
     /// Make a page to write in: an editor with this compiler inside, one file for any browser
     #[cfg(not(target_family = "wasm"))]
     Studio(studio::Args),
+    /// Make the page of a study from its plan, play its sessions again, sum them up
+    #[cfg(not(target_family = "wasm"))]
+    Study(study::Args),
     /// Measure numbers over a grid of parameters, or over Sobol points
     Sweep(Box<sweep::Args>),
     /// Find values of parameters that fit recordings, and say how well they are known
@@ -135,6 +140,8 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Page(args)) => page::run(&args),
         #[cfg(not(target_family = "wasm"))]
         Some(Command::Studio(args)) => studio::run(&args),
+        #[cfg(not(target_family = "wasm"))]
+        Some(Command::Study(args)) => study::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Import(args)) => import::run(&args),

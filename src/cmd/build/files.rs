@@ -3,12 +3,12 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::board::Wire;
+use whippen_compiler::board::{SoundPort, Wire};
 use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
 use whippen_compiler::image::{
     Board, Image, Variables, executable, executable_certified, listing, map, uf2,
 };
-use whippen_compiler::pipeline;
+use whippen_compiler::pipeline::{self, Compiled};
 use whippen_compiler::variables::variables;
 use whippen_runtime::files::{FileError, write_whole};
 use whippen_runtime::image::ImageInstrument;
@@ -29,6 +29,7 @@ enum Kind {
     Object,
     C,
     Wasm,
+    Fmu,
 }
 
 /// The file that was asked for.
@@ -47,7 +48,11 @@ pub fn output(name: OsString) -> Result<Output, String> {
         Some("o") => Kind::Object,
         Some("c") => Kind::C,
         Some("wasm") => Kind::Wasm,
-        _ => return Err("its ending says what to make: .elf, .uf2, .o, .c or .wasm".to_string()),
+        Some("fmu") => Kind::Fmu,
+        _ => {
+            let what = "its ending says what to make: .elf, .uf2, .o, .c, .wasm or .fmu";
+            return Err(what.to_string());
+        }
     };
     Ok(Output { path, kind })
 }
@@ -108,7 +113,7 @@ impl Output {
             return files_of_chips(&self.path, chips);
         }
         let beside: &[&str] = match self.kind {
-            Kind::Elf | Kind::Uf2 | Kind::Wasm => &[],
+            Kind::Elf | Kind::Uf2 | Kind::Wasm | Kind::Fmu => &[],
             Kind::C | Kind::Object => &["h", "rs"],
         };
         let beside = beside.iter().map(|ending| self.path.with_extension(ending));
@@ -133,13 +138,13 @@ impl Files<'_> {
             self.setup.check_asks_for_no_firmware()?;
         }
         match args.output.kind {
-            Kind::C | Kind::Wasm if args.map.is_some() || args.listing.is_some() => {
-                let why =
-                    "--map and --listing show machine code; C and WebAssembly have none: make a .o";
+            Kind::C | Kind::Wasm | Kind::Fmu if args.map.is_some() || args.listing.is_some() => {
+                let why = "--map and --listing show machine code; C, WebAssembly and FMUs have none: make a .o";
                 Err(Failure::Usage(why.to_string()))
             }
             Kind::C => self.write_c(&args.output.path),
             Kind::Wasm => self.write_wasm(&args.output.path),
+            Kind::Fmu => self.write_fmu(&args.output.path),
             Kind::Object => self.write_object(args),
             Kind::Elf | Kind::Uf2 => self.write_image(args),
         }
@@ -317,6 +322,7 @@ impl Files<'_> {
             say!("its serial port is for `whippen monitor`, at {baud} baud; there is no MIDI");
         }
         self.say_wiring(keys.iter().sum());
+        self.say_sound();
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
             let (force, unit) = (
@@ -363,6 +369,32 @@ impl Files<'_> {
                 );
             }
         }
+    }
+
+    /// Where what is heard leaves, on a board with a DAC on its pins.
+    fn say_sound(&self) {
+        let (board, programs) = (&self.setup.board, &self.setup.instruments);
+        let is_heard = |own: &Compiled| !own.model.channels.is_empty();
+        if !programs.iter().any(is_heard) {
+            return;
+        }
+        let Some(port) = &board.i2s else {
+            if board.knob.is_some() || board.bench.is_some() {
+                say!("nothing hears what it sounds: the board has no `[i2s]`");
+            }
+            return;
+        };
+        for Wire { gpio, pico_pin, to } in port.wiring() {
+            match pico_pin.filter(|_| board.knob.is_some()) {
+                Some(pin) => say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}"),
+                None => say!("  GPIO {gpio:>2}  {to}"),
+            }
+        }
+        let period = SoundPort::period_cycles(board);
+        let hz = f64::from(board.clock_hz) / f64::from(period);
+        say!(
+            "each tick's samples leave in the next one, as a frame of {period} cycles ({hz:.1} Hz)"
+        );
     }
 
     /// Map and listing of an image.
