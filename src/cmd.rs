@@ -1,5 +1,6 @@
 //! The subcommands.
 
+mod audit;
 mod budget;
 mod build;
 mod calibration;
@@ -107,6 +108,8 @@ enum Command {
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
     Budget(Box<budget::Args>),
+    /// Check the proof of an image again, from the file alone
+    Audit(audit::Args),
     /// Lay out programs in the canonical way; comments stay
     Fmt(fmt::Args),
     /// Show the page of a diagnostic: what it means, the mistake, and its mend
@@ -145,6 +148,7 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Tune(args)) => tune::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
+        Some(Command::Audit(args)) => audit::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),

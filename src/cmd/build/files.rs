@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use whippen_compiler::board::{SoundPort, Wire};
 use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
-use whippen_compiler::image::{Board, Image, Variables, executable, listing, map, uf2};
-use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::image::{
+    Board, Image, Variables, executable, executable_certified, listing, map, uf2,
+};
+use whippen_compiler::pipeline::{self, Compiled};
 use whippen_compiler::variables::variables;
 use whippen_runtime::files::{FileError, write_whole};
 use whippen_runtime::image::ImageInstrument;
@@ -219,10 +221,14 @@ impl Files<'_> {
         let built = setup.build(instruments)?;
         let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());
         let variables = self.variables(instruments, &built);
-        let unproven = proof::check(setup, instruments, built, args.unproven)?;
+        let unproven = proof::check(setup, instruments, built.clone(), args.unproven)?;
         let file = match family {
             Some(family) => uf2(&image, family, unproven.as_deref()),
             None => executable(&image, &variables, unproven.as_deref()),
+        };
+        let file = match (family, &unproven) {
+            (None, None) => self.certified(&built, &variables, file),
+            _ => file,
         };
         Ok(MadeImage {
             path: self.of_chip(&args.output.path),
@@ -231,6 +237,20 @@ impl Files<'_> {
             keys,
             unproven,
         })
+    }
+
+    /// The same file with its certificate, where it has one.
+    fn certified(&self, built: &FirmwareImage, variables: &[Variables], file: Vec<u8>) -> Vec<u8> {
+        let rate_hz = self.setup.first().model.rate_hz;
+        match pipeline::certify(built, &self.setup.board, rate_hz, &file) {
+            Ok(certificate) => {
+                executable_certified(&built.image, variables, &certificate.to_string())
+            }
+            Err(why) => {
+                say!("it has no certificate for `whippen audit`: {why}");
+                file
+            }
+        }
     }
 
     /// The file of this chip, where there are several.
