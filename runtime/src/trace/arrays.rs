@@ -166,7 +166,7 @@ impl<W: Write + Seek> ArrayFile<W> {
 /// The file of a trace, of either kind.
 pub enum TraceFile<W: Write + Seek> {
     /// Text.
-    Table(super::TickTable<W>),
+    Table(Box<super::TickTable<W>>),
     /// Arrays.
     Arrays(ArrayFile<W>),
 }
@@ -187,7 +187,9 @@ impl<W: Write + Seek> TraceFile<W> {
             .is_some_and(|e| e.eq_ignore_ascii_case("npz"))
         {
             true => ArrayFile::new(to, headings, form).map(TraceFile::Arrays),
-            false => super::TickTable::new(to, headings, form).map(TraceFile::Table),
+            false => {
+                super::TickTable::new(to, headings, form).map(|t| TraceFile::Table(Box::new(t)))
+            }
         }
     }
 
