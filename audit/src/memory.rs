@@ -93,7 +93,7 @@ pub fn owner(name: &str) -> Option<u32> {
     let ends = |end: &&str| name.ends_with(*end);
     let start = name.starts_with(".text.start")
         || !name.starts_with('.')
-        || ["vectors", "exceptions"].iter().any(|end| ends(&end))
+        || ["vectors", "exceptions"].iter().any(ends)
         || [".boot2", ".image_def", ".copy_table", ".zero_table"].contains(&name);
     let second = name
         .split('.')

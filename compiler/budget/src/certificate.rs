@@ -84,7 +84,7 @@ pub fn certificate(
     if board.dma_traffic().is_some() {
         return Err(NotCertified::Beyond("boards with a DMA"));
     }
-    let elf = Elf::read(file).map_err(|why| Refusal::new(why))?;
+    let elf = Elf::read(file).map_err(Refusal::new)?;
     let mut certificate = of_board(board, deadline, image.keys_of_cores.len() as u32);
     certificate.sections = elf.constants();
     certificate.dead = find(program, DEAD)?;
