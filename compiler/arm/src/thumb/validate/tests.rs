@@ -215,7 +215,7 @@ fn random(seed: u64) -> [Allocated; 2] {
     let layout = StateLayout::new(&modes.kernel, &options, None, 0);
     let mut literals = Literals::new(1 + modes.kernel.tables.len());
     let mode = &modes.modes[ModeId(0)];
-    let plan = plan_mode(&modes.kernel, mode, &[]);
+    let plan = plan_mode(&modes.kernel, mode, &[], Features::of(options.arch));
     let func = Select::select_mode(
         &modes.kernel,
         &layout,
