@@ -384,15 +384,15 @@ impl Select<'_> {
     fn table_row(&mut self, table: u32, row: Value) -> (VReg, VReg) {
         let found = &self.kernel.tables[table as usize];
         let (rows, bytes) = (found.rows() as u32, 4 * found.columns as i32);
-        let (index, offset) = match self.plan[row].index {
-            // A constant that is added is a part of the address.
-            Some((part, k)) => {
-                let part = self.part_of_row(row, (part, k), rows);
-                (part, k as i32 * bytes)
-            }
-            None => (self.clamp_index(row, rows), 0),
+        // A constant that is added is a part of the address.
+        let parts = self.plan[row].index;
+        let offset = parts.map_or(0, |(_, k)| k as i32 * bytes);
+        let address = self.table_address(RowPlace { table, offset });
+        let index = match parts {
+            Some(parts) => self.part_of_row(row, parts, rows),
+            None => self.clamp_index(row, rows),
         };
-        (self.table_address(RowPlace { table, offset }), index)
+        (address, index)
     }
 
     /// Where a row of a table is.
