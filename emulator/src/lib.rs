@@ -80,8 +80,8 @@ pub use machine::Machine;
 pub use memory::{Memory, MemoryError, Watch};
 pub use observe::{Observer, Step};
 pub use outside::{
-    BenchKey, BenchPins, Finger, Hand, KeyBench, KeyParts, KeyPins, Knob, KnobParts, KnobPins,
-    Motor, MotorParameters, SensorFault,
+    BenchKey, BenchPins, DacErrors, DacPins, Finger, Hand, HeardFrame, KeyBench, KeyParts, KeyPins,
+    Knob, KnobParts, KnobPins, Motor, MotorParameters, SensorFault, SoundDac,
 };
 pub use pins::{PinChange, Pins};
 pub use register::Register;

@@ -7,11 +7,12 @@
 //!                              '--fault--> chip
 //! ```
 //!
-//! Keys of a bench are in `keys`. All see a change of a pin in the cycle from which on it holds,
-//! and answer a cycle later at the earliest. Not here: whole keyboards, whose converters are on no
-//! chip (`device::converter`).
+//! Keys of a bench are in `keys`, what hears sound in `dac`. All see a change of a pin in the cycle
+//! from which on it holds, and answer a cycle later at the earliest. Not here: whole keyboards,
+//! whose converters are on no chip (`device::converter`).
 
 mod angle_sensor;
+mod dac;
 mod keys;
 mod motor;
 
@@ -21,6 +22,7 @@ use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
 
 use angle_sensor::AngleSensor;
 pub use angle_sensor::SensorFault;
+pub use dac::{DacErrors, DacPins, HeardFrame, SoundDac};
 pub use keys::{BenchKey, BenchPins, Finger, KeyBench, KeyParts, KeyPins};
 pub use motor::{Hand, Motor, MotorParameters};
 

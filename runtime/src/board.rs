@@ -4,6 +4,7 @@
 //! `whippen_compiler::image`'s.
 
 mod bench;
+mod i2s;
 mod knob;
 mod known;
 
@@ -97,6 +98,7 @@ fn read(path: &Path, text: &str) -> Result<Board, FileError> {
         places,
         knob: knob::knob(&entries)?,
         bench: bench::bench(&entries)?,
+        i2s: i2s::i2s(&entries)?,
     };
     match board.contradiction() {
         Some(wrong) => Err(entries.error(&wrong.key, &wrong.what)),

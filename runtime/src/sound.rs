@@ -8,6 +8,7 @@ use std::rc::Rc;
 use whippen_compiler::kernel;
 use whippen_compiler::lower::ExportKind;
 use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::rate::Rate;
 
 use crate::engine::Engine;
 use crate::files::{FileError, OutputFile};
@@ -157,6 +158,34 @@ impl SoundFile {
             file.into_inner().finish()?;
         }
         Ok(self.clipped)
+    }
+}
+
+/// Writes words of both sides, such as a DAC is given, as they are.
+///
+/// # Errors
+/// The disk is full; the file would be longer than a WAV file may be (4 GiB).
+pub fn write_words(
+    path: &Path,
+    rate: Rate,
+    frames: impl IntoIterator<Item = [i32; 2]>,
+) -> Result<(), FileError> {
+    let file = Shared(Rc::new(RefCell::new(OutputFile::create(path)?)));
+    let spec = hound::WavSpec {
+        channels: 2,
+        sample_rate: rate.rounded_hz(),
+        bits_per_sample: 32,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let failed = |error| not_written(path, error);
+    let mut writer = hound::WavWriter::new(file.clone(), spec).map_err(failed)?;
+    for word in frames.into_iter().flatten() {
+        writer.write_sample(word).map_err(failed)?;
+    }
+    writer.finalize().map_err(failed)?;
+    match Rc::try_unwrap(file.0) {
+        Ok(file) => file.into_inner().finish(),
+        Err(_) => Ok(()),
     }
 }
 

@@ -9,14 +9,17 @@
 //!   report -> summary or JSON, memory read back
 //! ```
 
+mod bench;
 mod board;
 mod chips;
 mod gdb;
 mod image;
 mod knob;
+mod outside;
 mod ports;
 mod profile;
 mod report;
+mod rows;
 mod run;
 mod trace;
 mod uart;
@@ -62,12 +65,13 @@ impl Args {
             .reads(&self.what.input)
             .reads(&self.what.memory_files())
             .reads(devices.serial_in.iter().chain(&devices.sense))
-            .reads(&self.on.knob.files())
+            .reads(&self.on.parts.files())
             .writes("--trace", trace, &[])
             .writes("--profile", &self.outputs.profile, &["json"])
             .writes("--drive", &devices.drive, &[])
             .writes("--vcd", &devices.vcd, &["vcd"])
-            .writes("--out", &self.on.knob.out, &["csv"])
+            .writes("--out", &self.on.parts.out, &["csv"])
+            .writes("--heard", &self.on.parts.heard, &["wav"])
     }
 }
 
@@ -141,7 +145,7 @@ struct On {
     #[command(flatten)]
     devices: Devices,
     #[command(flatten)]
-    knob: knob::KnobArgs,
+    parts: outside::PartArgs,
 }
 
 /// What is at the other end of a board's devices.
@@ -223,6 +227,10 @@ Examples:
   whippen build instruments/knob.whip --board pico2_knob --device gimbal --tick-rate 150MHz/3400 -o knob.elf
   whippen emulate knob.elf --board rp2350 --knob pico2_knob --motion turn.csv --out knob.csv --vcd knob.vcd
 
+  # Keys on a bench, and what the DAC beside them is given.
+  whippen build instruments/clavichord-heard.whip --board rp2350b_bench --keys 2 --device voice_coil --tick-rate 150MHz/3400 -o keys.elf
+  whippen emulate keys.elf --board rp2350 --bench rp2350b_bench --motion press.csv --out keys.csv --heard keys.wav
+
   # A keyboard with `build --monitor`, and whippen monitor at its serial port.
   whippen emulate piano.elf --board rp2350 --uart 4444 &
   whippen monitor piano.whip --tcp localhost:4444
@@ -266,7 +274,7 @@ pub fn run(args: &Args) -> Outcome {
         args.on.devices.write_drive(&image.machine, ports)?;
         args.on.devices.write_pins(&mut image.machine)?;
     }
-    args.on.knob.write(image.knob.as_ref())?;
+    args.on.parts.write(&image.outside)?;
     report::print(&image, &task, &end, &args.outputs)?;
     if end.succeeded() {
         Ok(())

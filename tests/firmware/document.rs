@@ -58,7 +58,14 @@ fn every_board_has_the_functions_of_the_table() {
         .map(|name| name.trim_matches('`'))
         .collect();
     assert!(names.len() >= 9, "{names:?}");
-    for board in ["rp2350", "rp2040", "stm32f4", "pico2_knob", "rp2350b_bench"] {
+    for board in [
+        "rp2350",
+        "rp2040",
+        "stm32f4",
+        "pico2_knob",
+        "pico2_strings",
+        "rp2350b_bench",
+    ] {
         let board = board::bundled(board).expect("it is bundled");
         let support = support(&board).unwrap_or_else(|e| panic!("{e}"));
         let texts: Vec<_> = sources(&support, &crate::rig::setup())

@@ -66,6 +66,8 @@ fn gnu(
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
     Plain,
+    /// There is sound on two sides.
+    Sound,
     /// Records of several instruments are listed, and there is sound on two sides.
     Zones,
     /// As many keys as there may be, with the largest records: what a load cannot reach.
@@ -93,7 +95,7 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
             past: 5,
             damping: 300,
         }),
-        tuning: (form != Form::Plain).then(tuning),
+        tuning: (!matches!(form, Form::Plain | Form::Sound)).then(tuning),
         passes_midi: form == Form::Zones,
         ..setup.clone()
     };
@@ -117,8 +119,10 @@ fn compare(board: &Support, core: &str, setup: &Setup, form: Form) -> usize {
     };
     constants.extend(frame_constants(&of_frame, board, 0));
     constants.insert("ZONES".to_string(), (form == Form::Zones).into());
-    if form == Form::Zones {
+    if matches!(form, Form::Zones | Form::Sound) {
         constants.insert("SOUND".to_string(), 2);
+    }
+    if form == Form::Zones {
         constants.insert("PROGRAMS".to_string(), 2);
     }
     if form == Form::Far {
@@ -252,6 +256,11 @@ fn the_same_bytes_of_a_knob() {
     let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
     let compared = compare(&board, "cortex-m33", &one, Form::Plain);
     assert!(compared > 1800, "{compared} bytes");
+    // With sound, which leaves on three wires.
+    let board = board::bundled("pico2_strings").expect("it is bundled");
+    let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
+    let heard = compare(&board, "cortex-m33", &one, Form::Sound);
+    assert!(heard > compared + 200, "{heard} bytes");
 }
 
 #[test]

@@ -27,6 +27,7 @@ mod safety;
 mod self_test;
 mod silicon;
 mod sound;
+mod sound_out;
 mod switch;
 mod talk;
 mod tuning;

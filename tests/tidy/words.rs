@@ -25,6 +25,7 @@ const RETIRED: &[(&str, &str, &[&str])] = &[
             "src/cmd/emulate",
             "tests/firmware/key",
             "tests/firmware/knob",
+            "tests/firmware/sound_out.rs",
             "tests/it/bench.rs",
             "tests/it/emulate",
         ],

@@ -142,7 +142,7 @@ impl Bench {
     }
 
     /// Pins with the keys of the file that say them.
-    fn wires(&self) -> Vec<(&'static str, u32)> {
+    pub(crate) fn wires(&self) -> Vec<(&'static str, u32)> {
         let sensors = self.sensors.iter().map(|pin| ("sensors", *pin));
         let bridges = self
             .bridges

@@ -105,7 +105,7 @@ impl Knob {
         (pin / 2 % 8, pin % 2 == 1)
     }
 
-    fn wires(&self) -> [(&'static str, u32); 8] {
+    pub(crate) fn wires(&self) -> [(&'static str, u32); 8] {
         let [first, second, third] = self.phases;
         [
             ("clock", self.clock),

@@ -10,6 +10,7 @@
 
 mod bench;
 mod contradiction;
+mod i2s;
 mod knob;
 mod memory;
 
@@ -18,6 +19,7 @@ use whippen_isa::timing::Core;
 
 pub use bench::{Bench, CONVERSION_CYCLES, CONVERSIONS, DmaTraffic, PACE_SLICE, TICK_SLICE};
 pub use contradiction::Contradiction;
+pub use i2s::SoundPort;
 pub use knob::{FRAME_CYCLES, Knob, Wire};
 pub use memory::{AccessTime, BANKS_MAX, BankSet, Bus, Memory, MemoryKind};
 
@@ -79,6 +81,8 @@ pub struct Board {
     pub knob: Option<Knob>,
     /// The key bench on its pins, in place of that.
     pub bench: Option<Bench>,
+    /// The DAC on its pins, beside one of these.
+    pub i2s: Option<SoundPort>,
 }
 
 /// What is at an address.

@@ -139,12 +139,4 @@ sleep:  ldr     r2, =0xd0000000
         str     r3, [r2, #C_FAULTS]
         movs    r1, #0
         bx      lr
-
-@ Nobody hears it here.
-        .if     SOUND
-        .global board_sound
-        .type   board_sound, %function
-board_sound:
-        bx      lr
-        .endif
         .ltorg

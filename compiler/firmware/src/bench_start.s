@@ -48,6 +48,9 @@ board_converter:
         beq     2b
         bl      start_adc
         bl      start_dma
+        .if     SOUND * I2S
+        bl      start_sound
+        .endif
         bl      start_slices
         bl      start_pins
         ldr     r0, =PWM + 0xf0         @ EN: all in one cycle

@@ -4,6 +4,10 @@ use whippen_arm::asm::Source;
 use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
+use super::board_texts::{
+    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, RP2,
+    RP2350_START, UNHEARD,
+};
 use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
 use super::ports::Guards;
@@ -14,6 +18,8 @@ use super::unsupported::Unsupported;
 pub struct Support<'a> {
     /// `board_begin` and `board_end`, assembled for each core.
     pub tick: Source<'a>,
+    /// `board_sound`, where `tick` has none.
+    pub heard: Option<Source<'a>>,
     /// Everything else, but for what is the user's own.
     pub rest: &'a [Source<'a>],
     /// What takes the place of bundled texts.
@@ -61,48 +67,6 @@ impl Parts {
     }
 }
 
-/// A tick with the converter of the emulator.
-const CONVERTER: Source<'static> = Source {
-    name: "firmware/converter.s",
-    text: include_str!("converter.s"),
-};
-
-/// How it is started.
-pub(super) const CONVERTER_START: Source<'static> = Source {
-    name: "firmware/converter_start.s",
-    text: include_str!("converter_start.s"),
-};
-
-/// A tick with a knob on the chip's pins.
-const KNOB: Source<'static> = Source {
-    name: "firmware/knob.s",
-    text: include_str!("knob.s"),
-};
-
-/// How its parts are started, and its motor found.
-pub(super) const KNOB_START: Source<'static> = Source {
-    name: "firmware/knob_start.s",
-    text: include_str!("knob_start.s"),
-};
-
-/// A tick with a bench of keys on the chip's pins.
-const BENCH: Source<'static> = Source {
-    name: "firmware/bench.s",
-    text: include_str!("bench.s"),
-};
-
-/// How its parts are started.
-pub(super) const BENCH_START: Source<'static> = Source {
-    name: "firmware/bench_start.s",
-    text: include_str!("bench_start.s"),
-};
-
-/// Clocks of RP2350.
-const RP2350_START: Source<'static> = Source {
-    name: "firmware/rp2350.s",
-    text: include_str!("rp2350.s"),
-};
-
 /// Constants of its texts.
 const RP2350: &[(&str, i64)] = &[
     ("WATCHDOG_LOAD", 10_000),
@@ -113,12 +77,6 @@ const RP2350: &[(&str, i64)] = &[
     ("PADS_BANK", 0x4003_8000),
     ("RESET_UART", 1 << 26),
 ];
-
-/// What RP2350 and RP2040 have alike.
-const RP2: Source<'static> = Source {
-    name: "firmware/rp2.s",
-    text: include_str!("rp2.s"),
-};
 
 /// Devices of the texts for chips of Raspberry Pi.
 const RP2_DEVICES: &[&str] = &["converter", "uart", "io_bank0", "watchdog"];
@@ -236,8 +194,15 @@ pub fn support_with<'a>(board: &'a Board, own: &'a OwnTexts) -> Result<Support<'
     let texts = found
         .or(has_all.then_some(&NO_TEXTS))
         .ok_or_else(|| Unsupported::Start(board.name.clone()))?;
+    let heard = match (texts.parts, board.i2s) {
+        _ if own_tick.is_some() => None,
+        (Parts::Converter, _) => None,
+        (_, None) => Some(UNHEARD),
+        (_, Some(_)) => Some(I2S),
+    };
     let support = Support {
         tick: own_tick.unwrap_or_else(|| own.instead_of(texts.tick)),
+        heard: heard.map(|source| own.instead_of(source)),
         rest: texts.rest,
         own,
         constants: texts.constants,
@@ -245,6 +210,7 @@ pub fn support_with<'a>(board: &'a Board, own: &'a OwnTexts) -> Result<Support<'
     };
     let mut sources = support.rest();
     sources.push(support.tick);
+    sources.extend(support.heard);
     let sets_clocks = |source: &&Source| source.text.contains("\nboard_clocks:");
     let bundled = texts.rest.iter().find(sets_clocks);
     let is_bundled = |source: &Source| bundled.is_some_and(|own| own.name == source.name);
@@ -256,11 +222,14 @@ pub fn support_with<'a>(board: &'a Board, own: &'a OwnTexts) -> Result<Support<'
         sources.iter().any(|source| source.text.contains(&constant))
     };
     let missing = |name: &&&str| board.device(name).is_none() && is_needed(name);
-    if let Some(name) = texts.devices.iter().find(missing) {
+    if let Some(name) = texts.devices.iter().chain(SOUND_DEVICES).find(missing) {
         return Err(Unsupported::Device(name));
     }
     Ok(support)
 }
+
+/// Devices of a sound output.
+const SOUND_DEVICES: &[&str] = &["pio1"];
 
 /// Of a board that has none: all are the user's.
 const NO_TEXTS: Texts = Texts {
@@ -284,7 +253,11 @@ impl<'a> Support<'a> {
         let (own, rest) = (self.own, self.rest);
         match own.named(BOARD) {
             Some(all) => vec![all],
-            None => rest.iter().map(|source| own.instead_of(*source)).collect(),
+            None => {
+                let heard = self.board.i2s.map(|_| &I2S_START);
+                let rest = rest.iter().chain(heard);
+                rest.map(|source| own.instead_of(*source)).collect()
+            }
         }
     }
 }
@@ -448,6 +421,7 @@ pub(super) fn bundled_texts() -> impl Iterator<Item = Source<'static>> {
         .flat_map(|texts| texts.rest.iter().chain([&texts.tick]));
     let frames = FRAME.iter().chain(SMALL_FRAME);
     let frames = frames.chain([&PORTS, &CORE1, &monitor::CAPTURE]);
+    let frames = frames.chain([&UNHEARD, &I2S, &I2S_START]);
     let mut all: Vec<Source> = SHARED
         .iter()
         .chain(monitor::serial(false))
@@ -474,7 +448,8 @@ pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards, monitored: bool) ->
     let texts = board.own;
     let own = own.iter().map(|source| texts.instead_of(*source));
     let capture = monitored.then_some(texts.instead_of(monitor::CAPTURE));
-    own.chain(capture).chain([board.tick]).collect()
+    let board = board.heard.into_iter().chain([board.tick]);
+    own.chain(capture).chain(board).collect()
 }
 
 /// The frame in the instructions of ARMv6-M.

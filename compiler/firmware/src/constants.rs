@@ -13,7 +13,9 @@ use super::image::has_helper;
 use super::offsets::assembly_constants;
 use super::ports::Guards;
 use super::sound::channels;
-use super::{FirmwareError, Motor, Passivity, Setup, Support, bench, drive_offset_bytes, knob};
+use super::{
+    FirmwareError, Motor, Passivity, Setup, Support, bench, drive_offset_bytes, i2s, knob,
+};
 
 /// What the offset of a load reaches.
 pub(super) const RECORD_MAX: u32 = 4092;
@@ -158,6 +160,7 @@ pub fn constants(
     let of_knob = knob::constants(setup, board)?.into_iter();
     all.extend(of_knob.map(|(name, value)| (name.to_string(), value)));
     all.extend(bench::constants(setup, board)?);
+    all.extend(i2s::constants(board.board));
     Ok(all)
 }
 

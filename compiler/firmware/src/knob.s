@@ -145,12 +145,4 @@ disable:
         str     r3, [r2, #C_FAULTS]
         movs    r1, #0
         bx      lr
-
-@ Nobody hears it here.
-        .if     SOUND
-        .global board_sound
-        .type   board_sound, %function
-board_sound:
-        bx      lr
-        .endif
         .ltorg

@@ -52,6 +52,9 @@ board_converter:
         ldr     r1, =1 << PIN_ENABLE
         str     r1, [r0, #0x20]
         str     r1, [r0, #0x38]
+        .if     SOUND * I2S
+        bl      start_sound
+        .endif
         bl      start_reader
         bl      start_carrier
         ldr     r3, =outputs

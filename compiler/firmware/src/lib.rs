@@ -18,10 +18,12 @@
 use whippen_rate::Rate;
 
 mod bench;
+mod board_texts;
 mod boards;
 mod code;
 mod constants;
 mod error;
+mod i2s;
 mod image;
 mod knob;
 mod monitor;

@@ -22,7 +22,8 @@ use whippen_arm::thumb::{self, Built, ThumbError, TickAbi, compile_for_frame};
 use whippen_isa::timing::{Core, programs, rules};
 use whippen_modes::Modes;
 
-use super::boards::{CONVERTER_START, FILL, KNOB_START, Support};
+use super::board_texts::{CONVERTER_START, KNOB_START};
+use super::boards::{FILL, Support};
 use super::drive_offset_bytes;
 use super::offsets::assembly_constants;
 use rows::TestRow;

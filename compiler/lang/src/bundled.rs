@@ -4,7 +4,14 @@
 //! of them" reads it.
 
 /// The boards that a keyboard may name: the files in `instruments/hardware/`.
-pub const BOARDS: &[&str] = &["pico2_knob", "rp2040", "rp2350", "rp2350b_bench", "stm32f4"];
+pub const BOARDS: &[&str] = &[
+    "pico2_knob",
+    "pico2_strings",
+    "rp2040",
+    "rp2350",
+    "rp2350b_bench",
+    "stm32f4",
+];
 
 /// The devices that a keyboard may name, likewise.
 pub const DEVICES: &[&str] = &[

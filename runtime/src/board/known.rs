@@ -17,6 +17,10 @@ pub(super) const BUNDLED: &[(&str, &str)] = &[
         include_str!("../../../instruments/hardware/pico2_knob.toml"),
     ),
     (
+        "pico2_strings.toml",
+        include_str!("../../../instruments/hardware/pico2_strings.toml"),
+    ),
+    (
         "rp2350b_bench.toml",
         include_str!("../../../instruments/hardware/rp2350b_bench.toml"),
     ),
@@ -69,4 +73,7 @@ pub(super) const KEYS: &[Known] = &[
     ("bench.period", "3400 cycles"),
     ("bench.ahead", "1800 cycles"),
     ("bench.supply", "12 V"),
+    ("i2s.clock", "18"),
+    ("i2s.side", "19"),
+    ("i2s.data", "20"),
 ];

@@ -3,9 +3,10 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::board::Wire;
+use whippen_compiler::board::{SoundPort, Wire};
 use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
 use whippen_compiler::image::{Board, Image, Variables, executable, listing, map, uf2};
+use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::variables::variables;
 use whippen_runtime::files::{FileError, write_whole};
 use whippen_runtime::image::ImageInstrument;
@@ -296,6 +297,7 @@ impl Files<'_> {
             say!("its serial port is for `whippen monitor`, at {baud} baud; there is no MIDI");
         }
         self.say_wiring(keys.iter().sum());
+        self.say_sound();
         if let Some(motor) = &setup.device.motor {
             let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
             let (force, unit) = (
@@ -342,6 +344,32 @@ impl Files<'_> {
                 );
             }
         }
+    }
+
+    /// Where what is heard leaves, on a board with a DAC on its pins.
+    fn say_sound(&self) {
+        let (board, programs) = (&self.setup.board, &self.setup.instruments);
+        let is_heard = |own: &Compiled| !own.model.channels.is_empty();
+        if !programs.iter().any(is_heard) {
+            return;
+        }
+        let Some(port) = &board.i2s else {
+            if board.knob.is_some() || board.bench.is_some() {
+                say!("nothing hears what it sounds: the board has no `[i2s]`");
+            }
+            return;
+        };
+        for Wire { gpio, pico_pin, to } in port.wiring() {
+            match pico_pin.filter(|_| board.knob.is_some()) {
+                Some(pin) => say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}"),
+                None => say!("  GPIO {gpio:>2}  {to}"),
+            }
+        }
+        let period = SoundPort::period_cycles(board);
+        let hz = f64::from(board.clock_hz) / f64::from(period);
+        say!(
+            "each tick's samples leave in the next one, as a frame of {period} cycles ({hz:.1} Hz)"
+        );
     }
 
     /// Map and listing of an image.

@@ -8,7 +8,7 @@ use whippen_isa::Arch;
 use whippen_isa::timing::Rules;
 use whippen_runtime::files::{self, InputKind};
 
-use super::knob::WiredKnob;
+use super::outside::Outside;
 use super::uart::OpenDoor;
 use super::{On, board, ports};
 use crate::exit::Failure;
@@ -24,8 +24,8 @@ pub struct Image {
     pub lines: SourceLines,
     /// The devices that talk to the host, of a board that has them.
     pub ports: Option<Ports>,
-    /// What is on its pins, if something is.
-    pub knob: Option<WiredKnob>,
+    /// What is on its pins.
+    pub outside: Outside,
     /// What is at the other end of its first serial port, if something is.
     pub door: Option<OpenDoor>,
 }
@@ -66,7 +66,7 @@ impl Image {
         }
         Ok(Self {
             lines: SourceLines::read(&bytes),
-            knob: on.knob.connect(&mut machine, &elf)?,
+            outside: on.parts.connect(&mut machine, &elf)?,
             elf,
             machine,
             ports,

@@ -154,8 +154,8 @@ fn summary(image: &Image, task: &Task, end: &End) {
             converter.keys()
         );
     }
-    if let Some(knob) = &image.knob {
-        say!("  knob          {}", knob.told(&image.machine));
+    for told in image.outside.told(&image.machine) {
+        say!("  {told}");
     }
     if matches!(end.stop, Stop::Fault(_)) {
         registers(image);

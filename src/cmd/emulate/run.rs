@@ -14,7 +14,7 @@ use whippen_emulator::{Converter, Machine, Ports, Start, Stop};
 use whippen_runtime::files::write_whole;
 
 use super::image::{self, Image};
-use super::knob::WiredKnob;
+use super::outside::Outside;
 use super::profile::Profile;
 use super::trace::Trace;
 use super::uart::OpenDoor;
@@ -267,7 +267,7 @@ pub fn to_the_end(
         machine,
         lines,
         ports,
-        knob,
+        outside,
         door,
     } = image;
     let usual = if door.is_some() { u64::MAX } else { MAX_CYCLES };
@@ -277,20 +277,21 @@ pub fn to_the_end(
     let mut run = Run {
         machine,
         ports: *ports,
-        knob: knob.as_mut(),
+        outside,
         door: door.as_mut(),
         limit,
         kept: outputs.json.then(Vec::new),
     };
     let (stop, profile) = run.observed(elf, lines, outputs)?;
     let output = run.kept.unwrap_or_default();
+    outside.end(machine);
     let cycles = match stop {
         Stop::Returned { cycles, .. } => cycles,
         _ => machine.cycle(0),
     };
     let converter = ports.as_ref().and_then(|p| ports::converter(machine, p));
-    let is_over = converter.is_some_and(|c| c.words_given() > 0 && c.is_over())
-        || knob.as_ref().is_some_and(WiredKnob::is_over);
+    let is_over =
+        converter.is_some_and(|c| c.words_given() > 0 && c.is_over()) || outside.is_over();
     let has_left = door.as_ref().is_some_and(|door| door.is_closed);
     let over = stop == Stop::Limit && (is_over || has_left);
     let overruns = converter.map_or(0, Converter::overruns);
@@ -323,7 +324,7 @@ fn differ(elf: &Elf, machine: &Machine) -> Option<u32> {
 struct Run<'m> {
     machine: &'m mut Machine,
     ports: Option<Ports>,
-    knob: Option<&'m mut WiredKnob>,
+    outside: &'m mut Outside,
     door: Option<&'m mut OpenDoor>,
     limit: u64,
     /// What the program prints, when it is not to be passed on at once.
@@ -384,18 +385,13 @@ impl Run<'_> {
         let progress = Spinner::new();
         loop {
             let slice = self.machine.cycle(0).saturating_add(self.slice());
-            let until = match &self.knob {
-                Some(knob) => slice.min(knob.next()),
-                None => slice,
-            };
+            let until = slice.min(self.outside.next().unwrap_or(slice));
             let until = until.min(self.limit);
             let stop = match &mut watch {
                 Some(watch) => self.machine.run_observed(until, *watch),
                 None => self.machine.run(until),
             };
-            if let Some(knob) = &mut self.knob {
-                knob.pass(self.machine);
-            }
+            self.outside.pass(self.machine);
             if let (Some(door), Some(ports)) = (&mut self.door, &self.ports) {
                 door.pass(self.machine, ports);
             }
@@ -429,8 +425,7 @@ impl Run<'_> {
             return door.is_closed;
         }
         let converter = self.converter();
-        converter.is_some_and(|c| c.is_over() && c.words_given() > 0)
-            || self.knob.as_ref().is_some_and(|knob| knob.is_over())
+        converter.is_some_and(|c| c.is_over() && c.words_given() > 0) || self.outside.is_over()
     }
 
     /// Takes what the program printed since the last time.

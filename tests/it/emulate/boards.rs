@@ -94,6 +94,80 @@ fn a_knob_is_turned_on_the_pins() {
     assert!(err.contains("--knob needs a board with pins"), "{err}");
 }
 
+/// Keys on a bench that are heard: two of them, of which one is pressed, so that its string sounds.
+#[test]
+fn keys_of_a_bench_are_pressed_and_heard_on_the_pins() {
+    let shell = Shell::new();
+    let program = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/instruments/clavichord-heard.whip"
+    );
+    let on = ["--board", "rp2350b_bench", "--device", "voice_coil"];
+    let build = ["build", program, "--keys", "2", "-o", "keys.elf"];
+    let rate = ["--tick-rate", "150MHz/3400"];
+    let (out, _) = shell.ends(0, &[&build[..], &on, &rate].concat());
+    assert!(out.contains("GPIO 12  DAC, DIN"), "{out}");
+    let press = "t_s,x_mm\n0,0\n0.02,0\n0.05,8\n0.1,8\n";
+    std::fs::write(shell.path("press.csv"), press).expect("writable");
+    let emulate = ["emulate", "keys.elf", "--board", "rp2350"];
+    let pressed = ["--bench", "rp2350b_bench", "--motion", "press.csv"];
+    let outputs = ["--pressed", "1", "--out", "keys.csv", "--heard", "keys.wav"];
+    // As JSON, since the note that the key sends is no text.
+    let json = [&emulate[..], &pressed, &outputs, &["--json"]].concat();
+    shell.ends(0, &json);
+    let table = std::fs::read_to_string(shell.path("keys.csv")).expect("a table");
+    assert!(table.starts_with("t_s,x0_mm,current0_a,x1_mm"), "{table}");
+    let last: Vec<f64> = (table.lines().last().expect("rows").split(','))
+        .map(|cell| cell.parse().expect("a number"))
+        .collect();
+    // The strings push against the finger's spring; the other key lies where it lay.
+    assert!(
+        last[1].abs() < 0.1 && (6.5..8.0).contains(&last[3]),
+        "{last:?}"
+    );
+    let sound = std::fs::read(shell.path("keys.wav")).expect("a WAV file");
+    assert_eq!(
+        sound[22..28],
+        [2, 0, 0x56, 0xac, 0, 0],
+        "two sides, 44 118 Hz"
+    );
+    let data = sound.windows(4).position(|four| four == b"data");
+    let words = sound[data.expect("words") + 8..].chunks_exact(4);
+    let words: Vec<i32> = words
+        .map(|four| i32::from_le_bytes([four[0], four[1], four[2], four[3]]))
+        .collect();
+    // As long as the grid of the motion, but for the first ticks.
+    assert!((5150..5330).contains(&(words.len() / 2)), "{}", words.len());
+    let loud = |words: &[i32]| words.iter().map(|word| word.unsigned_abs()).max();
+    assert!(loud(&words[..1400]) < Some(1 << 22) && loud(&words) > Some(1 << 26));
+    for (args, told) in [
+        (
+            &["--bench", "pico2_knob"][..],
+            "this board has no `[bench]`",
+        ),
+        (
+            &["--bench", "rp2350b_bench", "--device", "gimbal"],
+            "the device `gimbal` does not say",
+        ),
+        (
+            &[&pressed[..], &["--pressed", "8"]].concat(),
+            "the bench has keys 0 to 7",
+        ),
+        (
+            &["--knob", "pico2_knob", "--heard", "x.wav"],
+            "this board has no `[i2s]`",
+        ),
+        (
+            &["--bench", "rp2350b_bench", "--knob", "pico2_knob"],
+            "--knob",
+        ),
+        (&["--heard", "x.wav"], "--bench"),
+    ] {
+        let (_, err) = shell.ends(2, &[&emulate[..], args].concat());
+        assert!(err.contains(told), "{told}: {err}");
+    }
+}
+
 #[test]
 fn sensor_words_go_in_and_drive_words_come_out() {
     let Some(shell) = with_firmware("-O2", "converter") else {

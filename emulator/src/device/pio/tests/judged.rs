@@ -316,3 +316,4 @@ fn fractions_are_within_a_cycle_of_what_rp2040py_says() {
 }
 
 mod automatic;
+mod sender;

@@ -1,0 +1,71 @@
+//! The texts of boards: what a tick of each kind samples, drives and sounds, and how it is started.
+//!
+//! Not here: which board has which (`boards`).
+
+use whippen_arm::asm::Source;
+
+/// A tick with the converter of the emulator.
+pub(super) const CONVERTER: Source<'static> = Source {
+    name: "firmware/converter.s",
+    text: include_str!("converter.s"),
+};
+
+/// How it is started.
+pub(super) const CONVERTER_START: Source<'static> = Source {
+    name: "firmware/converter_start.s",
+    text: include_str!("converter_start.s"),
+};
+
+/// A tick with a knob on the chip's pins.
+pub(super) const KNOB: Source<'static> = Source {
+    name: "firmware/knob.s",
+    text: include_str!("knob.s"),
+};
+
+/// How its parts are started, and its motor found.
+pub(super) const KNOB_START: Source<'static> = Source {
+    name: "firmware/knob_start.s",
+    text: include_str!("knob_start.s"),
+};
+
+/// A tick with a bench of keys on the chip's pins.
+pub(super) const BENCH: Source<'static> = Source {
+    name: "firmware/bench.s",
+    text: include_str!("bench.s"),
+};
+
+/// How its parts are started.
+pub(super) const BENCH_START: Source<'static> = Source {
+    name: "firmware/bench_start.s",
+    text: include_str!("bench_start.s"),
+};
+
+/// Samples that leave nowhere.
+pub(super) const UNHEARD: Source<'static> = Source {
+    name: "firmware/unheard.s",
+    text: include_str!("unheard.s"),
+};
+
+/// Samples that leave on three wires.
+pub(super) const I2S: Source<'static> = Source {
+    name: "firmware/i2s.s",
+    text: include_str!("i2s.s"),
+};
+
+/// How that is started.
+pub(super) const I2S_START: Source<'static> = Source {
+    name: "firmware/i2s_start.s",
+    text: include_str!("i2s_start.s"),
+};
+
+/// Clocks of RP2350.
+pub(super) const RP2350_START: Source<'static> = Source {
+    name: "firmware/rp2350.s",
+    text: include_str!("rp2350.s"),
+};
+
+/// What RP2350 and RP2040 have alike.
+pub(super) const RP2: Source<'static> = Source {
+    name: "firmware/rp2.s",
+    text: include_str!("rp2.s"),
+};
