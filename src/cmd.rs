@@ -1,5 +1,6 @@
 //! The subcommands.
 
+mod audit;
 mod budget;
 mod build;
 mod calibration;
@@ -43,6 +44,8 @@ pub mod setup;
 mod strings;
 #[cfg(not(target_family = "wasm"))]
 mod studio;
+#[cfg(not(target_family = "wasm"))]
+mod study;
 mod sweep;
 mod tour;
 mod tune;
@@ -90,6 +93,9 @@ enum Command {
     /// Make a page to write in: an editor with this compiler inside, one file for any browser
     #[cfg(not(target_family = "wasm"))]
     Studio(studio::Args),
+    /// Make the page of a study from its plan, play its sessions again, sum them up
+    #[cfg(not(target_family = "wasm"))]
+    Study(study::Args),
     /// Measure numbers over a grid of parameters, or over Sobol points
     Sweep(Box<sweep::Args>),
     /// Find values of parameters that fit recordings, and say how well they are known
@@ -102,6 +108,8 @@ enum Command {
     Build(Box<build::Args>),
     /// Prove that every key's tick is in time, and show where the cycles go
     Budget(Box<budget::Args>),
+    /// Check the proof of an image again, from the file alone
+    Audit(audit::Args),
     /// Lay out programs in the canonical way; comments stay
     Fmt(fmt::Args),
     /// Show the page of a diagnostic: what it means, the mistake, and its mend
@@ -132,12 +140,15 @@ pub fn dispatch(cli: Cli) -> Outcome {
         Some(Command::Page(args)) => page::run(&args),
         #[cfg(not(target_family = "wasm"))]
         Some(Command::Studio(args)) => studio::run(&args),
+        #[cfg(not(target_family = "wasm"))]
+        Some(Command::Study(args)) => study::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Import(args)) => import::run(&args),
         Some(Command::Tune(args)) => tune::run(&args),
         Some(Command::Build(args)) => build::run(&args),
         Some(Command::Budget(args)) => budget::run(&args),
+        Some(Command::Audit(args)) => audit::run(&args),
         Some(Command::Fmt(args)) => fmt::run(&args),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Dump(args)) => dump::run(&args),

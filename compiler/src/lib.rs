@@ -29,6 +29,7 @@ pub use whippen_parts as parts;
 pub use whippen_rate as rate;
 pub use whippen_target_info as target_info;
 // The proof on the bytes.
+pub use whippen_audit as audit;
 pub use whippen_budget as budget;
 
 pub use whippen_deterministic::{Rng, parallel};

@@ -15,8 +15,11 @@ use std::collections::BTreeSet;
 use std::fmt::Display;
 use whippen_rate::Rate;
 
+use whippen_audit::Certificate;
 use whippen_board::Board;
-use whippen_budget::{Bounded, Budget, NotBounded, Program as Bytes, cores};
+use whippen_budget::{
+    Bounded, Budget, NotBounded, NotCertified, Program as Bytes, certificate, cores,
+};
 use whippen_firmware::{FirmwareImage, InParts, Instrument, Setup};
 use whippen_kernel::{self as kernel, Kernel, without_probes};
 use whippen_keyboard::{Layout, ProgramId};
@@ -316,6 +319,20 @@ pub fn prove(
         programs.push(ProgramProof { cores, budget });
     }
     Ok(Proof { bytes, programs })
+}
+
+/// The certificate of an image that is proven, whose ELF file is given.
+///
+/// # Errors
+/// It has none.
+pub fn certify(
+    image: &FirmwareImage,
+    board: &Board,
+    rate_hz: Rate,
+    file: &[u8],
+) -> Result<Certificate, NotCertified> {
+    let deadline = board.deadline_cycles(rate_hz.cycles_min(board.clock_hz));
+    certificate(image, &Bytes::of(&image.image), board, deadline, file)
 }
 
 /// The map of an image on its board.

@@ -12,6 +12,7 @@
 //!
 //! Not here: the language (the compiler), what instructions do (the emulator).
 
+pub mod archive;
 pub mod automation;
 pub mod board;
 pub mod closed;
@@ -26,6 +27,7 @@ pub mod experiment;
 mod fields;
 pub mod files;
 pub mod fit;
+pub mod fmu;
 pub mod gesture;
 pub mod image;
 pub mod judged;
@@ -56,6 +58,8 @@ pub mod stroke;
 pub mod struck;
 #[cfg(not(target_family = "wasm"))]
 pub mod studio;
+#[cfg(not(target_family = "wasm"))]
+pub mod study;
 pub mod titles;
 pub mod trace;
 pub mod trajectory;

@@ -25,6 +25,7 @@ pub(crate) mod table;
 mod titled;
 pub mod tune;
 mod uniform;
+mod wav;
 
 #[cfg(test)]
 mod recordings;
@@ -69,6 +70,13 @@ pub enum Layout {
         column: usize,
         /// A table that turns readings into positions; without it they are metres.
         calibration: Option<PathBuf>,
+    },
+    /// A channel of a WAV file.
+    Wav {
+        /// Which, counted from 1.
+        channel: usize,
+        /// What a sample of full scale is (SI).
+        full_scale: f64,
     },
 }
 
@@ -303,6 +311,10 @@ fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
                 notes,
             })
         }
+        Layout::Wav {
+            channel,
+            full_scale,
+        } => read_wav(path, *channel, *full_scale),
         Layout::Raw {
             rate_hz,
             column,
@@ -330,6 +342,18 @@ fn read(path: &Path, options: &MotionOptions) -> Result<Source, FileError> {
             })
         }
     }
+}
+
+fn read_wav(path: &Path, channel: usize, full_scale: f64) -> Result<Source, FileError> {
+    let wav = wav::read(path, channel, full_scale)?;
+    Ok(Source {
+        rate_hz: wav.rate_hz,
+        start_s: 0.0,
+        samples_read: wav.positions.len(),
+        positions_m: wav.positions,
+        calibration_clipped: 0,
+        notes: Vec::new(),
+    })
 }
 
 fn map_stops(positions_m: &mut [f64], stops: Stops) -> Result<(), String> {

@@ -18,7 +18,7 @@ use std::path::Path;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
-use whippen_compiler::model::Moves;
+use whippen_compiler::model::{Moves, Sense};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::unit_suffix;
 use whippen_compiler::wasm::WasmError;
@@ -31,12 +31,19 @@ use crate::session::marked;
 use crate::titles::join_title;
 use crate::web;
 
+mod window;
+
 const STYLE: &str = include_str!("playable/page.css");
-const PLAYER: &str = include_str!("playable/player.js");
+const PLAYER: &str = concat!(
+    include_str!("playable/moving.js"),
+    include_str!("playable/log.js"),
+    include_str!("playable/player.js")
+);
 const WORKLET: &str = include_str!("playable/worklet.js");
 /// What the page's script uses; the studio's too.
 const ELEMENTS: &str = include_str!("web_elements.js");
 const SCRIPT: &str = include_str!("playable/page.js");
+const WINDOW: &str = include_str!("playable/window.js");
 
 /// Nothing is loaded from anywhere; the audio thread's script is a part of the page, and what it
 /// saves is its own.
@@ -71,7 +78,7 @@ pub fn page(
          <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
          <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{0}</h1>\n{1}",
         escape(&title),
-        body(compiled.model.is_of_key(), keys)
+        body(compiled, keys)
     );
     let _ = write!(
         html,
@@ -87,7 +94,7 @@ pub fn page(
          <script type=\"application/wasm\" id=\"module\">{module_text}</script>\n\
          <script type=\"text/plain\" id=\"player\">{PLAYER}</script>\n\
          <script type=\"text/plain\" id=\"worklet\">{WORKLET}</script>\n\
-         <script>\n\"use strict\";\n(() => {{\n{PLAYER}{ELEMENTS}{SCRIPT}}})();\n</script>\n</body>\n</html>\n"
+         <script>\n\"use strict\";\n(() => {{\n{PLAYER}{ELEMENTS}{WINDOW}{SCRIPT}}})();\n</script>\n</body>\n</html>\n"
     );
     Ok(PlayablePage {
         html,
@@ -105,9 +112,12 @@ impl PlayablePage {
     }
 }
 
+/// The view from the front.
+const FRONT: &str = "<h2>From the front</h2><canvas id=\"front\" role=\"img\" aria-label=\"Strings and bow from the front: the pointer moves the bow across and up\"></canvas>\n";
+
 /// What stands in the page before a script runs.
-fn body(is_of_key: bool, keys: usize) -> String {
-    let (how, label) = match (is_of_key, keys) {
+fn body(compiled: &Compiled, keys: usize) -> String {
+    let (how, label) = match (compiled.model.is_of_key(), keys) {
         (true, 1) => (
             "Press the key with mouse, pen or finger: the lower you hold it, the deeper it goes.",
             "The key: arrow down presses it, arrow up lets it rise",
@@ -116,10 +126,18 @@ fn body(is_of_key: bool, keys: usize) -> String {
             "Press keys with mouse, pen or finger, the lower the deeper; strike them with the letters A to P (harder with shift) or by MIDI.",
             "Keys: arrows left and right choose one, down presses it, up lets it rise",
         ),
+        _ if window::touch(compiled) => (
+            "Hold the pointer down to touch and move it to play; the wheel presses harder or lighter, the sliders move what is left.",
+            "The instrument: arrows move the tool, space puts it down or lifts it, page down presses harder, page up lighter",
+        ),
         _ => (
             "Move the pointer over the field; the wheel and the sliders move what it does not.",
             "The field: arrows move the first two ports",
         ),
+    };
+    let (window, front) = match window::has(compiled) {
+        [true, has_front] => (" class=\"window\"", if has_front { FRONT } else { "" }),
+        _ => ("", ""),
     };
     format!(
         "<p>{how}</p>\n\
@@ -127,14 +145,17 @@ fn body(is_of_key: bool, keys: usize) -> String {
          <button type=\"button\" id=\"midi\">MIDI</button>\
          <button type=\"button\" id=\"record\" aria-pressed=\"false\">Record</button>\
          <output id=\"status\" role=\"status\">Not playing yet</output></div>\n\
-         <canvas id=\"pad\" tabindex=\"0\" role=\"application\" aria-label=\"{label}\"></canvas>\n\
-         <div class=\"bar\"><output id=\"key\"></output><output id=\"force\"></output>\
+         <canvas id=\"pad\"{window} tabindex=\"0\" role=\"application\" aria-label=\"{label}\"></canvas>\n\
+         <div class=\"bar\"><output id=\"key\"></output><output id=\"tool\"></output><output id=\"force\"></output>\
          <output id=\"strikes\"></output><output id=\"ticks\"></output></div>\n\
-         <div id=\"ports\"></div>\n<div id=\"lives\"></div>\n\
+         {front}<div id=\"ports\"></div>\n<div id=\"lives\"></div>\n\
          <details><summary>The hand</summary><div id=\"hand\"></div></details>\n\
          <div class=\"pair\"><section><h2>Force over position</h2>\
          <canvas id=\"loop\" role=\"img\" aria-label=\"Force over position, the last second and a half\"></canvas></section>\n\
          <section><h2>Events</h2><ol id=\"events\" aria-live=\"off\"></ol></section></div>\n\
+         <details id=\"sound\" open><summary>Spectrum of what is heard</summary>\
+         <canvas id=\"spectrum\" role=\"img\" aria-label=\"Level in dB over frequency\"></canvas>\
+         <output id=\"loudest\"></output></details>\n\
          <noscript><p>Playing needs JavaScript and WebAssembly.</p></noscript>\n"
     )
 }
@@ -157,9 +178,14 @@ fn data(compiled: &Compiled, device: &Device, first_note: u8) -> Value {
             "fullScale": port.drive().full_scale, "mechanics": mechanics, "start": start(model.is_of_key(), port),
         })
     };
-    let reach = |port: &&Port| {
+    // What is played once is led as far as the instrument senses, maybe less than its device.
+    let reach = |(sense, port): (&Sense, &&Port)| {
         let [low, high] = reach(model.is_of_key(), port);
-        json!({ "low": low, "high": high })
+        let inside = match model.is_of_key() {
+            true => [low, high],
+            false => [low.max(sense.range.low), high.min(sense.range.high)],
+        };
+        json!({ "low": inside[0], "high": inside[1] })
     };
     let titles = model.senses.iter().map(|sense| match sense.moves {
         Moves::Turns => join_title(&sense.name, "rad"),
@@ -167,11 +193,12 @@ fn data(compiled: &Compiled, device: &Device, first_note: u8) -> Value {
     });
     json!({
         "ofKey": model.is_of_key(),
+        "window": window::window(compiled),
         "firstNote": first_note,
         "mark": marked(model),
         "hand": hand(model.turns()),
         "ports": ports.iter().enumerate().map(of_port).collect::<Vec<_>>(),
-        "reach": ports.iter().map(reach).collect::<Vec<_>>(),
+        "reach": model.senses.iter().zip(&ports).map(reach).collect::<Vec<_>>(),
         "titles": titles.collect::<Vec<_>>(),
     })
 }

@@ -15,8 +15,10 @@
 //!
 //! Not here: what fills a trace (`session`), and its pictures (`plot`).
 
+mod arrays;
 mod tables;
 
+pub use arrays::{ArrayFile, TraceFile};
 pub use tables::{Argument, EventTable, Form, TickTable};
 
 use crate::record::Record;

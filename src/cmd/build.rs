@@ -29,8 +29,8 @@ pub struct Args {
     #[command(flatten)]
     setup: SetupArgs,
     /// What to write: .elf or .uf2, a whole image; .o to link; .c for any other compiler
-    /// (both with .h and .rs beside them); .wasm for browsers
-    #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c|.wasm", value_hint = ValueHint::FilePath, value_parser = OsStringValueParser::new().try_map(files::output))]
+    /// (both with .h and .rs beside them); .wasm for browsers, .fmu for tools that simulate
+    #[arg(short, long, value_name = "FILE.elf|.uf2|.o|.c|.wasm|.fmu", value_hint = ValueHint::FilePath, value_parser = OsStringValueParser::new().try_map(files::output))]
     output: Output,
     /// Write it also where it is not proven to be in time, with a mark in the file (of a .o, beside
     /// it)

@@ -12,6 +12,7 @@
 
 mod board;
 mod capturing;
+mod osc;
 mod port;
 mod told;
 
@@ -27,6 +28,7 @@ use whippen_runtime::monitor::{Client, MonitorError, Status, read_status};
 
 use self::board::{KnownBoard, name_and_value};
 use self::capturing::CaptureArgs;
+use self::osc::Osc;
 use self::port::{Line, PortArgs};
 use super::file_plan::FilePlan;
 use super::option;
@@ -59,6 +61,9 @@ pub struct Args {
     /// Tell the status again after so long, until Ctrl-C
     #[arg(long, value_name = "TIME", value_parser = option::seconds)]
     watch: Option<f64>,
+    /// Send each status to this address too, by UDP, as Open Sound Control
+    #[arg(long, value_name = "HOST:PORT")]
+    osc: Option<String>,
     #[command(flatten)]
     capture: CaptureArgs,
     /// How long the board may take to answer
@@ -171,7 +176,13 @@ fn watched(
     mut status: impl FnMut() -> Result<Status, MonitorError>,
     known: Option<(&KnownBoard, Lives)>,
 ) -> Outcome {
+    let osc = args.osc.as_deref().map(Osc::to).transpose()?;
+    let send = |status: &Status| match &osc {
+        Some(osc) => osc.send(&told::json(status, known.as_ref())),
+        None => Ok(()),
+    };
     let first = status().map_err(failure)?;
+    send(&first)?;
     let text = match args.json {
         true => format!("{}\n", told::json(&first, known.as_ref())),
         false => told::text(&first, known.as_ref()),
@@ -190,6 +201,7 @@ fn watched(
         if ticks(&now).wrapping_sub(ticks(&before)) > u32::MAX / 2 {
             return Err(failure(MonitorError::Restarted));
         }
+        send(&now)?;
         match args.json {
             true => say!("{}", told::json(&now, known.as_ref())),
             false => say!("{}", told::line(&now)),

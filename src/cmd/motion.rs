@@ -1,6 +1,6 @@
 //! Where the motion of `run` comes from: a recording, or the bundled gesture.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueHint;
 use whippen_compiler::model::Model;
@@ -17,14 +17,20 @@ use crate::exit::Failure;
 #[command(next_help_heading = "The motion")]
 pub struct MotionArgs {
     /// The key moves as recorded here: a table with titles such as t_s,x_mm (t_s,angle_deg for a
-    /// knob, t_s,x_mm,y_mm for the ports x and y), or bare columns with --rate; without it a
-    /// bundled gesture
+    /// knob, t_s,x_mm,y_mm for the ports x and y), bare columns with --rate, or a channel of a WAV
+    /// file with --full-scale; without it a bundled gesture
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     motion: Option<PathBuf>,
     /// How far the bundled gesture goes; 10 mm otherwise, or less where the instrument senses less,
     /// and for a knob as its range says
     #[arg(long, value_name = "LENGTH|ANGLE", conflicts_with = "motion", value_parser = travel)]
     travel: Option<Travel>,
+    /// What a sample of full scale is in a WAV file, such as 10mm or 30deg
+    #[arg(long, value_name = "LENGTH|ANGLE", requires = "motion", value_parser = travel)]
+    full_scale: Option<Travel>,
+    /// The channel of a WAV file, counted from 1
+    #[arg(long, value_name = "N", requires = "full_scale", default_value_t = 1, value_parser = option::column)]
+    channel: u32,
     /// Rows per second of bare columns
     #[arg(long, value_name = "HZ", requires = "motion", value_parser = option::frequency)]
     rate: Option<f64>,
@@ -124,7 +130,7 @@ impl MotionArgs {
             let message = "`--rest`, `--full` and `--dip` are lengths, and this instrument turns: record its angle";
             return Err(Failure::Usage(message.to_string()));
         }
-        let layout = self.layout();
+        let layout = self.layout(path, model)?;
         let stops = self.rest.zip(self.full).map(|(rest_m, full_m)| Stops {
             rest_m,
             full_m,
@@ -170,6 +176,7 @@ impl MotionArgs {
             ("--rest", self.rest.is_some()),
             ("--full", self.full.is_some()),
             ("--travel", self.travel.is_some()),
+            ("--full-scale", self.full_scale.is_some()),
         ];
         if let Some((option, _)) = of_key.iter().find(|(_, is_given)| *is_given) {
             return Err(Failure::Usage(format!(
@@ -244,16 +251,36 @@ impl MotionArgs {
         }
     }
 
-    fn layout(&self) -> Layout {
-        match self.rate {
-            None => Layout::Titled,
-            Some(rate_hz) => Layout::Raw {
+    fn layout(&self, path: &Path, model: &Model) -> Result<Layout, Failure> {
+        let usage = |what: &str| Err(Failure::Usage(format!("{}: {what}", path.display())));
+        match (is_wav(path), self.full_scale, self.rate) {
+            (true, _, Some(_)) => usage("a WAV file tells its rate itself, without --rate"),
+            (true, None, _) => usage("say what a sample of full scale is: --full-scale 10mm"),
+            (true, Some(full_scale), _) => Ok(Layout::Wav {
+                channel: self.channel as usize,
+                full_scale: full_scale.of(model).map_err(|_| {
+                    let wanted = if model.turns() {
+                        "an angle"
+                    } else {
+                        "a length"
+                    };
+                    Failure::Usage(format!("--full-scale: `{}` wants {wanted}", model.name))
+                })?,
+            }),
+            (false, Some(_), _) => usage("--full-scale is for WAV files"),
+            (false, None, None) => Ok(Layout::Titled),
+            (false, None, Some(rate_hz)) => Ok(Layout::Raw {
                 rate_hz,
                 column: self.column as usize,
                 calibration: self.calibration.clone(),
-            },
+            }),
         }
     }
+}
+
+fn is_wav(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("wav"))
 }
 
 /// How far a gesture goes: a length (m) or an angle (rad), above zero.

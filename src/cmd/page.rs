@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use clap::ValueHint;
 use whippen_compiler::check::Options;
 use whippen_compiler::diag::Severity;
+use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::rate::Rate;
+use whippen_runtime::device::Device;
 use whippen_runtime::playable::{self, PlayablePage};
 
 use super::file_plan::FilePlan;
@@ -91,6 +93,36 @@ fn made(
     options: &Options,
     choice: &PageChoice,
 ) -> Result<PlayablePage, Failure> {
+    let (compiled, device, keys) = prepared(sources, options, choice)?;
+    playable::page(&compiled, &device, keys, choice.command)
+        .map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// What a condition of a study plays, and its page.
+#[cfg(not(target_family = "wasm"))]
+pub fn of_condition(
+    sources: &[(String, String)],
+    options: &Options,
+    command: &str,
+) -> Result<(Compiled, Device, PlayablePage), Failure> {
+    let choice = PageChoice {
+        name: None,
+        keys: Some(1),
+        device: None,
+        command,
+    };
+    let (compiled, device, keys) = prepared(sources, options, &choice)?;
+    let page = playable::page(&compiled, &device, keys, command)
+        .map_err(|error| Failure::Usage(error.to_string()))?;
+    Ok((compiled, device, page))
+}
+
+/// The instrument of a program, its device, how many keys there are and the lowest one.
+fn prepared(
+    sources: &[(String, String)],
+    options: &Options,
+    choice: &PageChoice,
+) -> Result<(Compiled, Device, (usize, u8)), Failure> {
     let (map, program) = load::checked(sources, options, Severity::Warning)?;
     let model = load::instrument(&program, choice.name)?;
     let device = load::device(choice.device, &map, &program, model)?;
@@ -102,9 +134,7 @@ fn made(
         true => choice.keys.unwrap_or(usual),
         false => 1,
     };
-    let keys = (keys as usize, first_note);
-    playable::page(&compiled, &device, keys, choice.command)
-        .map_err(|error| Failure::Usage(error.to_string()))
+    Ok((compiled, device, (keys as usize, first_note)))
 }
 
 /// The page that `whippen page FILE -o OUTPUT` makes of a text in a file of this name.

@@ -96,6 +96,87 @@ fn what_a_page_records_runs_to_the_same_words() {
     }
 }
 
+/// Plays a script in a page of Chromium, after texts that stand before it; none without the tools.
+fn driven(shell: &Shell, script: &str, before: &str) -> Option<Value> {
+    let [Some(node), Some(chromium)] = ["node", "chromium"].map(whippen_need::tool) else {
+        return None;
+    };
+    let text = std::fs::read_to_string(scripts().join(script)).expect("a script");
+    std::fs::write(shell.path("script.js"), format!("{before}\n{text}")).expect("writable");
+    let ran = Command::new(node)
+        .arg(scripts().join("drive.mjs"))
+        .arg(chromium)
+        .args([shell.path("page.html"), shell.path("script.js")])
+        .output()
+        .expect("node starts");
+    let told: Value = serde_json::from_slice(&ran.stdout)
+        .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&ran.stderr)));
+    assert_eq!(told["heard"], serde_json::json!([]), "{told}");
+    assert_eq!(told["exception"], Value::Null, "{told}");
+    Some(told["value"].clone())
+}
+
+#[test]
+fn windows_are_drawn_while_they_are_played() {
+    let Some(axe) = whippen_need::npm("axe-core/axe.min.js") else {
+        return;
+    };
+    let axe = std::fs::read_to_string(axe).expect("a script");
+    for (file, tool) in [
+        ("bowed-violin.whip", "bow"),
+        ("rubbed-bank.whip", "stick"),
+        ("keytar.whip", "plectrum"),
+    ] {
+        let shell = Shell::new();
+        page(&shell, file, &[]);
+        let Some(value) = driven(&shell, "window.js", &axe) else {
+            return;
+        };
+        let text = |name: &str| value[name].as_str().unwrap_or_default().to_string();
+        assert_eq!(text("hovering"), format!("{tool} hovers"), "{value}");
+        assert!(
+            text("touching").starts_with(&format!("{tool} touches")),
+            "{value}"
+        );
+        assert_eq!(text("lifted"), format!("{tool} hovers"), "{value}");
+        assert!(text("tool").contains("touches"), "{value}");
+        assert!(text("loudest").starts_with("strongest at"), "{value}");
+        assert_eq!(value["found"], serde_json::json!([]), "{file}");
+        assert_eq!(value["wide"], true, "{value}");
+        // How often is measured on a quiet machine (docs/bars.md), not here.
+        assert!(text("ticks").contains("pictures a second"), "{value}");
+    }
+}
+
+#[test]
+fn a_page_under_stress_says_what_is_the_matter() {
+    let shell = Shell::new();
+    page(&shell, "grand-piano.whip", &[]);
+    let Some(value) = driven(&shell, "stress.js", "const mode = 'flood';") else {
+        return;
+    };
+    let text = |name: &str| value[name].as_str().unwrap_or_default().to_string();
+    assert!(text("flood").starts_with("Too much MIDI"), "{value}");
+    assert_eq!(
+        value["later"], value["still"],
+        "all keys have come up: {value}"
+    );
+    assert!(
+        value["meanwhile"].as_u64().is_some_and(|n| n <= 4),
+        "{value}"
+    );
+    assert!(
+        text("hidden").starts_with("The page was hidden for 3 s"),
+        "{value}"
+    );
+    let [before, after] = ["played", "after"].map(|name| value[name].as_f64().unwrap_or(0.0));
+    assert!(after > before + 2.0, "the sound went on: {value}");
+    let silent = driven(&shell, "stress.js", "const mode = 'silent';").expect("as before");
+    let said = silent["status"].as_str().unwrap_or_default();
+    assert!(said.contains("no audio device answers"), "{silent}");
+    assert_eq!(silent["again"], true, "{silent}");
+}
+
 #[test]
 fn a_browser_plays_a_key_in_real_time() {
     let tools = ["node", "chromium"].map(whippen_need::tool);

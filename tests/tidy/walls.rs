@@ -17,6 +17,16 @@ const APART: &[(&str, &[&str], &str)] = &[
         "a change of the code generator rebuilds neither parser nor Cranelift",
     ),
     (
+        "whippen-audit",
+        &[
+            "whippen-arm",
+            "whippen-board",
+            "whippen-firmware",
+            "whippen-budget",
+        ],
+        "the checker believes nothing of the compiler",
+    ),
+    (
         "whippen-budget",
         &["whippen-lower", "whippen-jit"],
         "the bound sees final bytes",

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use whippen_audit::Call as Certified;
 use whippen_isa::timing::Target;
 
 use super::parts::CutBound;
@@ -18,8 +19,8 @@ pub struct Calls {
     /// Where the keys' tick comes back to.
     pub return_to: Option<Target>,
     /// Address of the tick and of the function that begins a key, of the program that plays.
-    tick: u32,
-    begin: u32,
+    pub(super) tick: u32,
+    pub(super) begin: u32,
     /// Both of all other programs.
     others: Vec<u32>,
     /// Where all keys are ticked; where those are that have begun, one less at most; where one
@@ -175,6 +176,30 @@ impl Calls {
                 .map(move |&other| ((Some(at), other), Known::default()))
         });
         whole.chain(begun).chain(beginning).chain(nobody).collect()
+    }
+
+    /// The same for a certificate, where the functions of a frame are the tick, then what begins a
+    /// key: all keys, or one less where one begins.
+    pub fn certified(&self, keys: u32) -> Vec<Certified> {
+        let to = |sites: &[u32], callee, costs| {
+            let call = |site: &u32| Certified {
+                site: *site,
+                callee,
+                costs,
+            };
+            sites.iter().map(call).collect::<Vec<_>>()
+        };
+        let mut all = to(&self.whole, self.tick, Some((0, keys)));
+        all.extend(to(
+            &self.begun,
+            self.tick,
+            Some((0, keys.saturating_sub(1))),
+        ));
+        all.extend(to(&self.beginning, self.begin, Some((1, 0))));
+        for sites in [&self.whole, &self.begun, &self.beginning] {
+            all.extend(self.others.iter().flat_map(|other| to(sites, *other, None)));
+        }
+        all
     }
 
     /// The cycles of the handler's worst-case path by part, without those of so many cycles of

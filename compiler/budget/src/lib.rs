@@ -25,6 +25,7 @@
 mod arena;
 mod block;
 mod calls;
+mod certificate;
 mod code;
 mod contention;
 mod cores;
@@ -51,6 +52,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use whippen_isa::timing::{Core, Evidence, Target};
 
+pub use certificate::{NotCertified, certificate};
 pub use code::Code;
 pub use contention::ByContention;
 pub use cores::{Bounded, cores};
@@ -172,6 +174,31 @@ impl Flow {
         let graph = graph::Graph::build(query, tables)?;
         let stack = stack::follow(query, &graph)?;
         let order = order::Order::of(query, &graph)?;
+        Ok(Flow {
+            graph,
+            stack,
+            order,
+        })
+    }
+
+    /// With the entries of tables that facts allow.
+    fn with_tables(query: &Query) -> Result<Flow, NotBounded> {
+        let mut tables = graph::Tables::default();
+        loop {
+            let flow = Flow::build(query, &tables)?;
+            if !tables.learn(&flow.find_longest(query).indices) {
+                return Ok(flow);
+            }
+        }
+    }
+
+    /// Of code that need not end, and whose loops have no bounds.
+    fn without_order(query: &Query) -> Result<Flow, NotBounded> {
+        let graph = graph::Graph::build(query, &graph::Tables::default())?;
+        let stack = stack::follow(query, &graph)?;
+        let order = order::Order {
+            elements: Vec::new(),
+        };
         Ok(Flow {
             graph,
             stack,

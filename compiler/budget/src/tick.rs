@@ -29,14 +29,14 @@ pub struct Tick {
 }
 
 /// Where the tick of `name` begins, its modes, and its end: the symbols that `thumb` gives them.
-struct Places {
-    tick: u32,
-    modes: Vec<(String, u32)>,
-    end: u32,
+pub(super) struct Places {
+    pub tick: u32,
+    pub modes: Vec<(String, u32)>,
+    pub end: u32,
 }
 
 impl Places {
-    fn find(program: &Program, name: &str) -> Result<Self, NotBounded> {
+    pub(super) fn find(program: &Program, name: &str) -> Result<Self, NotBounded> {
         let of = |name: String| {
             program
                 .symbols

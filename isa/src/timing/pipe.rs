@@ -53,6 +53,28 @@ impl Pipe {
         !late && !self.is(Self::LATE_FLAGS | Self::LATE_FPSCR | Self::STORED)
     }
 
+    /// All that it remembers, as one number: of equal states the same.
+    pub const fn to_bits(&self) -> u128 {
+        self.late_singles as u128
+            | (self.late as u128) << 32
+            | (self.about as u128) << 48
+            | (self.late_for as u128) << 64
+            | (self.singles_in as u128) << 72
+            | (self.float_busy as u128) << 80
+    }
+
+    /// The state that a number is of.
+    pub const fn from_bits(bits: u128) -> Self {
+        Self {
+            late_singles: bits as u32,
+            late: (bits >> 32) as u16,
+            about: (bits >> 48) as u16,
+            late_for: (bits >> 64) as u8,
+            singles_in: (bits >> 72) as u8,
+            float_busy: (bits >> 80) as u8,
+        }
+    }
+
     pub(super) const fn is(&self, about: u16) -> bool {
         self.about & about != 0
     }

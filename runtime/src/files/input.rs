@@ -41,8 +41,11 @@ impl InputKind {
     /// A WebAssembly module.
     pub const MODULE: InputKind = InputKind::new("a module", 64 * MIB, 64 * MIB);
 
+    /// What a participant of a study left: a gesture is one field of it.
+    pub const SESSION: InputKind = InputKind::new("a session", 512 * MIB, 256 * MIB);
+
     /// All kinds.
-    pub const ALL: [InputKind; 9] = [
+    pub const ALL: [InputKind; 10] = [
         InputKind::PROGRAM,
         InputKind::DESCRIPTION,
         InputKind::PRESET,
@@ -52,6 +55,7 @@ impl InputKind {
         InputKind::MIDI,
         InputKind::IMAGE,
         InputKind::MODULE,
+        InputKind::SESSION,
     ];
 
     const fn new(what: &'static str, bytes_max: u64, line_max: u64) -> InputKind {

@@ -1,6 +1,5 @@
-// The page around the player: what a hand does, what one sees.
+// The page around the player: what a hand does, what one sees. `window.js` stands before it.
 
-const data = JSON.parse(document.getElementById("data").textContent);
 const bytes = Uint8Array.from(atob(document.getElementById("module").textContent), (letter) => letter.charCodeAt(0));
 const section = WebAssembly.Module.customSections(new WebAssembly.Module(bytes), "whippen")[0];
 const map = JSON.parse(new TextDecoder().decode(section));
@@ -10,8 +9,14 @@ const rate = map.rate_hz[0] / map.rate_hz[1];
 
 const status = (text) => (find("#status").textContent = text);
 const hand = Object.fromEntries(data.hand.map(([name, value]) => [name, value]));
-const state = { node: null, key: Math.floor(map.keys / 2), port: 0, places: new Float64Array(map.keys * ports.length), trail: [], events: 0, strikes: 0 };
+const state = { node: null, key: Math.floor(map.keys / 2), port: 0, places: new Float64Array(map.keys * ports.length), trail: [], latest: null, drawn: [], moving: null };
 const queue = [];
+/** Lines of the list of events. */
+const LINES = 12;
+/** The most notes of MIDI that begin in a second: all keys of a piano five times. */
+const NOTES_MAX = 440;
+/** How long a sound device may take to answer (ms). */
+const SILENT_MS = 3000;
 
 /** Tells the player, now or when it begins. */
 function tell(message) {
@@ -28,42 +33,70 @@ async function begin() {
     const context = new AudioContext({ sampleRate: rate, latencyHint: "interactive" });
     const source = btoa(document.getElementById("player").textContent + document.getElementById("worklet").textContent);
     await context.audioWorklet.addModule(`data:text/javascript;base64,${source}`);
-    const processorOptions = { bytes, map, ports, hand, firstNote, mark };
+    const processorOptions = { bytes, map, ports, hand, firstNote, mark, window: data.window };
     const node = new AudioWorkletNode(context, "player", { numberOfInputs: 0, outputChannelCount: [2], processorOptions });
     node.onprocessorerror = () => status("The player has stopped: the audio thread reports an error. Reload the page.");
-    node.port.onmessage = ({ data: message }) => (message.kind === "shown" ? shown(message) : save(message));
-    node.connect(context.destination);
-    await context.resume();
-    Object.assign(state, { node, context });
+    node.port.onmessage = ({ data: message }) => ({ shown, recorded: save, logged: tellFrame })[message.kind](message);
+    const analyser = new AnalyserNode(context, { fftSize: 8192, smoothingTimeConstant: 0.6 });
+    node.connect(analyser).connect(context.destination);
+    await starts(context);
+    Object.assign(state, { node, context, analyser });
+    context.onstatechange = () => status(`The sound is ${context.state}.`);
     queue.splice(0).forEach(tell);
     tell({ kind: "show", key: state.key });
     status(`${context.state}, ${context.sampleRate} Hz, about ${Math.round(1000 * (context.baseLatency + (context.outputLatency || 0)))} ms to the ear`);
     document.body.classList.add("playing");
+    tellFrame({ kind: "playing" });
   } catch (error) {
     find("#begin").disabled = false;
     status(`The player cannot begin: ${error.message}. It needs WebAssembly, an audio device and ${rate} samples a second.`);
   }
 }
 
-function shown({ ticks, places, path, events, dropped }) {
-  Object.assign(state, { places, ticks });
-  state.trail.push(...Array.from({ length: path.length / (2 * ports.length) }, (_, n) => path.subarray(2 * ports.length * n, 2 * ports.length * (n + 1))));
+/** Waits until the audio clock moves. */
+async function starts(context) {
+  const wait = new Promise((_, give) => setTimeout(() => give(new Error("the audio clock stands still, so no audio device answers")), SILENT_MS));
+  await Promise.race([context.resume(), wait]);
+  for (const from = performance.now(); context.currentTime === 0; await new Promise((go) => setTimeout(go, 20))) {
+    if (performance.now() - from > SILENT_MS) await wait;
+  }
+}
+
+function shown(message) {
+  const first = state.latest === null;
+  state.latest = message;
+  state.trail.push(...rowsOf(message.path));
   state.trail.splice(0, Math.max(0, state.trail.length - 4000));
-  for (const event of events) told(event);
-  find("#ticks").textContent = `${(ticks / rate).toFixed(1)} s played, ${dropped} samples dropped`;
-  requestAnimationFrame(draw);
+  if (first) requestAnimationFrame(picture);
+}
+
+/** Places and forces, a row for each time. */
+function rowsOf(path) {
+  const wide = 2 * ports.length;
+  return Array.from({ length: path.length / wide }, (_, n) => path.subarray(wide * n, wide * (n + 1)));
+}
+
+/** One picture of what was told last. The player hears of it, and sends the next: in a hidden page nothing is drawn or sent. */
+function picture(now) {
+  const { ticks, places, events, counts, moving, dropped } = state.latest;
+  Object.assign(state, { places, ticks, moving, latest: null });
+  events.slice(-LINES).forEach(told);
+  if (events.length > 0) tellFrame({ kind: "events", events });
+  if (events.length > 0) find("#strikes").textContent = mark ? `${counts.strikes} ${mark}` : `${counts.events} events`;
+  state.drawn.push(now);
+  while (state.drawn[0] < now - 1000) state.drawn.shift();
+  find("#ticks").textContent = `${(ticks / rate).toFixed(1)} s played, ${dropped} samples dropped, ${state.drawn.length} pictures a second`;
+  draw();
+  tell({ kind: "seen" });
 }
 
 /** A line for an event; only the last ones stay. */
 function told({ tick, key, name, args }) {
-  state.events += 1;
-  if (name === mark) state.strikes += 1;
   const note = map.keys > 1 ? `${noteName(firstNote + key)} ` : "";
   const values = args.map(([title, value]) => `${title} ${value.toPrecision(3)}`).join(", ");
   const list = find("#events");
   list.prepend(el("li", {}, `${(tick / rate).toFixed(3)} s  ${note}${name}  ${values}`));
-  while (list.children.length > 12) list.lastChild.remove();
-  find("#strikes").textContent = `${state.strikes} ${mark || "events"}`;
+  while (list.children.length > LINES) list.lastChild.remove();
 }
 
 const NAMES = ["C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"];
@@ -89,9 +122,11 @@ function strike(key, velocity) {
   const seconds = (high - low) / (0.25 * 2 ** ((velocity - 64) / 30));
   const from = performance.now();
   choose(key);
-  held.set(key, true);
+  const stroke = {};
+  held.set(key, stroke);
   const step = () => {
-    if (!held.get(key)) return;
+    // Another stroke of the key has begun, or it was let go.
+    if (held.get(key) !== stroke) return;
     const part = Math.min(1, (performance.now() - from) / 1000 / seconds);
     lead(key, 0, low + part * (high - low));
     if (part < 1) setTimeout(step, 4);
@@ -102,7 +137,7 @@ function strike(key, velocity) {
 const held = new Map();
 
 function release(key) {
-  held.delete(key);
+  if (!held.delete(key)) return;
   lead(key, 0, data.reach[0].low);
 }
 
@@ -121,6 +156,8 @@ function keyboard(width, height) {
 }
 
 const pad = find("#pad");
+/** The ports that the pad moves, to the right and upwards. */
+const padPorts = data.window?.pad ?? ports.slice(0, 2).map((_, port) => port);
 const pointers = new Map();
 
 function at(event) {
@@ -141,7 +178,8 @@ pad.addEventListener("pointerdown", (event) => {
   const [x, y, width, height] = at(event);
   if (!data.ofKey) {
     pointers.set(event.pointerId, true);
-    return follow(event);
+    follow(event);
+    return putDown(true);
   }
   const rect = keyboard(width, height).reverse().find((r) => x >= r.left && x < r.left + r.width && y < r.top + r.height);
   if (!rect) return;
@@ -159,6 +197,7 @@ for (const end of ["pointerup", "pointercancel"]) {
     const rect = pointers.get(event.pointerId);
     pointers.delete(event.pointerId);
     if (rect && data.ofKey) lead(rect.key, 0, data.reach[0].low);
+    else if (rect && pointers.size === 0) putDown(false);
   });
 }
 
@@ -167,10 +206,14 @@ function follow(event) {
   const [x, y, width, height] = at(event);
   const rect = pointers.get(event.pointerId);
   if (data.ofKey) return rect && press(rect.key, rect, y);
-  const part = [x / width, 1 - y / height];
-  ports.slice(0, 2).forEach((_, port) => {
+  followIn(padPorts, [x / width, 1 - y / height]);
+}
+
+/** Moves two ports to a place of a view on them. */
+function followIn(both, parts) {
+  both.forEach((port, at) => {
     const { low, high } = data.reach[port];
-    move(port, low + Math.min(1, Math.max(0, part[port])) * (high - low));
+    move(port, low + Math.min(1, Math.max(0, parts[at])) * (high - low));
   });
 }
 
@@ -183,9 +226,10 @@ function move(port, x) {
   slider.nextSibling.textContent = withUnit(meaning.senses[port].unit)(x);
 }
 
-if (!data.ofKey && ports.length > 2) {
+if (!data.ofKey && (touch || ports.length > 2)) {
   pad.addEventListener("wheel", (event) => {
     event.preventDefault();
+    if (touch) return pressHarder(event.deltaY / 2000);
     const { low, high } = data.reach[2];
     const slider = find("#port2");
     move(2, Math.min(high, Math.max(low, Number(slider.value) - (event.deltaY / 2000) * (high - low))));
@@ -209,11 +253,16 @@ addEventListener("keyup", (event) => {
 // The picture by the keyboard alone: a key is chosen and pressed, a port moved.
 pad.addEventListener("keydown", (event) => {
   const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+  if (touch && [" ", "PageUp", "PageDown"].includes(event.key)) {
+    event.preventDefault();
+    begin();
+    return event.key === " " ? putDown(!touching.isDown) : pressHarder(event.key === "PageDown" ? 0.05 : -0.05);
+  }
   if (!steps) return;
   event.preventDefault();
   begin();
   if (data.ofKey && steps[0] !== 0) return choose(Math.min(map.keys - 1, Math.max(0, state.key + steps[0])));
-  const port = data.ofKey ? 0 : steps[0] !== 0 ? 0 : Math.min(1, ports.length - 1);
+  const port = data.ofKey ? 0 : padPorts[steps[0] !== 0 ? 0 : padPorts.length - 1];
   const { low, high } = data.reach[port];
   const far = data.ofKey ? steps[1] : steps[0] - steps[1];
   const place = state.wanted?.[port] ?? ports[port].start;
@@ -222,15 +271,26 @@ pad.addEventListener("keydown", (event) => {
   data.ofKey ? lead(state.key, 0, next) : move(port, next);
 });
 
+/** Messages of MIDI: of notes that begin no more than a second can carry; what is beyond is left out, counted and said. */
+const flow = { from: 0, begun: 0, left: 0 };
+
+function heard([kind, note, velocity]) {
+  const key = note - firstNote;
+  if (key < 0 || key >= map.keys) return;
+  const begins = kind >> 4 === 9 && velocity > 0;
+  if (!begins) return kind >> 4 === 8 || kind >> 4 === 9 ? release(key) : undefined;
+  const now = performance.now();
+  if (now - flow.from > 1000) Object.assign(flow, { from: now, begun: 0 });
+  flow.begun += 1;
+  if (flow.begun <= NOTES_MAX) return strike(key, velocity);
+  flow.left += 1;
+  status(`Too much MIDI: more than ${NOTES_MAX} notes in a second; ${flow.left} have been left out.`);
+}
+
 find("#midi").addEventListener("click", async () => {
   try {
     const access = await navigator.requestMIDIAccess();
-    const hear = ({ data: [kind, note, velocity] }) => {
-      const key = note - firstNote;
-      if (key < 0 || key >= map.keys) return;
-      if (kind >> 4 === 9 && velocity > 0) strike(key, velocity);
-      else if (kind >> 4 === 8 || kind >> 4 === 9) release(key);
-    };
+    const hear = ({ data: message }) => heard(message);
     const inputs = [...access.inputs.values()];
     inputs.forEach((input) => (input.onmidimessage = hear));
     status(inputs.length > 0 ? `MIDI from ${inputs.map((input) => input.name).join(", ")}` : "No MIDI input is connected.");
@@ -255,7 +315,8 @@ function slider(id, name, [low, high, value], text, moved, step = "any") {
   return el("label", { for: id }, el("span", {}, name), input, output);
 }
 
-const withUnit = (unit) => (value) => `${Number(value.toPrecision(4))} ${unit ?? ""}`;
+/** A frequency and a turning speed are of one kind; what one turns here is a pitch. */
+const withUnit = (unit) => (value) => `${Number(value.toPrecision(4))} ${unit === "rad/s" ? "Hz" : (unit ?? "")}`;
 
 meaning.lives.forEach((live, at) => {
   const moved = (value) => tell({ kind: "set", live: at, value });
@@ -286,6 +347,7 @@ find("#record").addEventListener("click", ({ target }) => {
   target.textContent = isOn ? "Record" : "Stop and save";
   begin();
   tell(isOn ? { kind: "recorded" } : { kind: "record", key: state.key });
+  if (!isOn) putDown(touching.isDown);
 });
 
 function save(message) {
@@ -293,6 +355,27 @@ function save(message) {
   el("a", { href: url, download: `${meaning.instrument}.csv` }).click();
   URL.revokeObjectURL(url);
 }
+
+// A study, where one frames this page: it asks for a log and names what is to be played.
+
+const isFramed = parent !== window;
+
+function tellFrame(message) {
+  if (isFramed) parent.postMessage({ ...message, of: "whippen" }, "*");
+}
+
+addEventListener("message", ({ source, data: asked }) => {
+  if (!isFramed || source !== parent || asked?.of !== "whippen study") return;
+  if (asked.kind === "log" || asked.kind === "logged") tell({ kind: asked.kind });
+  if (asked.kind === "log") putDown(touching.isDown);
+  if (asked.kind === "target") state.target = asked.at;
+  if (asked.kind === "knobs") {
+    document.body.classList.add("studied");
+    meaning.lives.forEach(({ name }, at) => (find(`#live${at}`).closest("label").hidden = !asked.names.includes(name)));
+    for (const [name, value] of Object.entries(asked.values)) tell({ kind: "set", live: meaning.lives.findIndex((live) => live.name === name), value });
+  }
+  draw();
+});
 
 // Pictures.
 
@@ -312,7 +395,11 @@ function surface(canvas) {
 
 function draw() {
   const [g, width, height] = surface(pad);
-  data.ofKey ? drawKeys(g, width, height) : drawPorts(g, width, height);
+  if (data.ofKey) drawKeys(g, width, height);
+  else if (shownWindow) drawWindow(g, width, height);
+  else drawPorts(g, width, height);
+  drawFront();
+  drawSpectrum();
   drawLoop();
 }
 
@@ -365,13 +452,36 @@ function drawLoop() {
   g.beginPath();
   points.forEach(([place, force], n) => (n === 0 ? g.moveTo(x(place), y(force)) : g.lineTo(x(place), y(force))));
   g.stroke();
-  find("#force").textContent = `${points[points.length - 1][1].toFixed(2)} ${unit}`;
+  find("#force").textContent = `${meaning.senses[port].name}: ${points[points.length - 1][1].toFixed(2)} ${unit}`;
 }
 
 ports.forEach((port, at) => {
   for (let key = 0; key < map.keys; key++) state.places[key * ports.length + at] = port.start;
 });
 choose(state.key);
+putDown(false);
+document.addEventListener("visibilitychange", () => {
+  if (!state.node) return;
+  if (document.visibilityState === "hidden") return (state.hiddenAt = performance.now());
+  requestAnimationFrame(() => {
+    const seconds = Math.round((performance.now() - state.hiddenAt) / 1000);
+    status(`The page was hidden for ${seconds} s: the sound went on, pictures of that time are left out, and of its events the last are listed.`);
+  });
+});
+if (shownWindow?.front) {
+  const front = find("#front");
+  const follows = (event) => {
+    const box = front.getBoundingClientRect();
+    followIn(shownWindow.front, [(event.clientX - box.left) / box.width, 1 - (event.clientY - box.top) / box.height]);
+  };
+  front.addEventListener("pointerdown", (event) => {
+    begin();
+    front.setPointerCapture(event.pointerId);
+    follows(event);
+  });
+  front.addEventListener("pointermove", (event) => event.buttons > 0 && follows(event));
+}
+find("#sound").addEventListener("toggle", draw);
 draw();
 addEventListener("resize", draw);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);

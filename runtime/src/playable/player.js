@@ -31,7 +31,7 @@ class Player {
    * `bytes` of a module and its `map`, which an audio thread could not decode; `ports` of one key: { low, high, bits, step (or
    * null), updates (a tick), drive (index or null), fullScale, mechanics (or null), start }.
    */
-  constructor({ bytes, map, ports, hand }) {
+  constructor({ bytes, map, ports, hand, window = null }) {
     const { memory, init, tick } = new WebAssembly.Instance(new WebAssembly.Module(bytes)).exports;
     Object.assign(this, { map, init, step: tick, ports, hand, rate: map.rate_hz[0] / map.rate_hz[1] });
     this.inputs = new Uint16Array(memory.buffer, map.inputs, map.keys * map.in.length);
@@ -44,7 +44,8 @@ class Player {
     [this.target, this.before, this.x, this.v] = Array.from({ length: 4 }, () => new Float64Array(count));
     this.updates = ports.map(() => -1);
     this.follow = 1 - Math.exp(-FOLLOW / this.rate);
-    this.recording = null;
+    this.moving = window && new Moving(memory, map, window);
+    [this.recording, this.log] = [null, null];
     this.restart();
   }
 
@@ -97,7 +98,9 @@ class Player {
       const from = this.recording.key * this.ports.length;
       this.recording.words.push(...this.inputs.subarray(from, from + this.ports.length));
     }
+    this.log?.before();
     this.step();
+    this.log?.after();
     this.ticks += 1;
   }
 

@@ -19,7 +19,7 @@ use crate::sound::SoundFile;
 use crate::spectrogram::Spectrogram;
 use crate::sticking::FrictionTally;
 use crate::struck::StruckNotes;
-use crate::trace::{Column, EventRow, EventTable, Form, Heading, TickTable, Trace};
+use crate::trace::{Column, EventRow, EventTable, Form, Heading, Trace, TraceFile};
 
 /// How much of a run is kept in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +57,7 @@ pub struct Recording {
     /// When the first tick is (s).
     start_s: f64,
     keep: Keep,
-    ticks: Option<(PathBuf, TickTable<OutputFile>)>,
+    ticks: Option<(PathBuf, TraceFile<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
     sound: Option<SoundFile>,
     notes: Option<PathBuf>,
@@ -161,7 +161,7 @@ impl Recording {
     pub fn with_ticks(mut self, file: OutputFile, form: Form) -> Result<Recording, FileError> {
         let path = file.path().to_path_buf();
         let headings = self.columns.iter().map(|column| &column.heading);
-        let table = TickTable::new(file, headings, form);
+        let table = TraceFile::new(&path, file, headings, form);
         let table = table.map_err(|e| FileError::not_written(&path, &e))?;
         self.ticks = Some((path, table));
         Ok(self)
@@ -274,7 +274,7 @@ pub(super) struct Recorder<'c> {
     drives: Vec<Drive>,
     sources: Vec<Signal>,
     keep: Keep,
-    ticks: Option<(PathBuf, TickTable<OutputFile>)>,
+    ticks: Option<(PathBuf, TraceFile<OutputFile>)>,
     events: Option<(PathBuf, EventTable<OutputFile>)>,
     sound: Option<SoundFile>,
     notes: Option<(PathBuf, StruckNotes)>,
@@ -342,7 +342,7 @@ impl<'c> Recorder<'c> {
 
     /// Whether there is a row of a tick.
     fn has_row(&self, tick: usize) -> bool {
-        let wants = |table: &(PathBuf, TickTable<OutputFile>)| table.1.wants(tick);
+        let wants = |table: &(PathBuf, TraceFile<OutputFile>)| table.1.wants(tick);
         self.keep != Keep::Nothing || self.ticks.as_ref().is_some_and(wants)
     }
 

@@ -60,7 +60,7 @@ async function update() {
   if (!state.isRight) return status("The program is not right yet: what is shown is of the last one that was.");
   showInstruments(told.filter(({ kind }) => kind === "numbers").map(({ instrument }) => instrument));
   await Promise.all([showPage(text, isNow).then(() => showCurves(text, isNow)), showBudget(text, isNow)]);
-  if (isNow()) status("Up to date.");
+  if (isNow()) status(["Up to date.", state.remark].filter(Boolean).join(" "));
 }
 
 /** The choice of an instrument, where there are several. */
@@ -234,7 +234,7 @@ async function linked() {
   } catch {
     // Said below.
   }
-  status("The address holds no program that can be read.");
+  state.remark = "The address holds no program that can be read: this is the first of the bundled ones.";
   return null;
 }
 
@@ -257,7 +257,10 @@ async function begin() {
   find("#example").append(...data.examples.map(({ file }) => el("option", { value: file }, file.replace(/\.whip$/, ""))));
   find("#board").append(...data.boards.map((name) => el("option", { value: name }, name)));
   find("#board").value = "rp2350";
-  const choose = ({ target }) => open(data.examples.find(({ file }) => file === target.value) ?? data.examples[0]);
+  const choose = ({ target }) => {
+    state.remark = "";
+    open(data.examples.find(({ file }) => file === target.value) ?? data.examples[0]);
+  };
   find("#example").addEventListener("change", choose);
   for (const id of ["#board", "#instrument"]) find(id).addEventListener("change", changed);
   find("#format").addEventListener("click", format);

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use whippen_compiler::board::{SoundPort, Wire};
 use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
-use whippen_compiler::image::{Board, Image, Variables, executable, listing, map, uf2};
-use whippen_compiler::pipeline::Compiled;
+use whippen_compiler::image::{
+    Board, Image, Variables, executable, executable_certified, listing, map, uf2,
+};
+use whippen_compiler::pipeline::{self, Compiled};
 use whippen_compiler::variables::variables;
 use whippen_runtime::files::{FileError, write_whole};
 use whippen_runtime::image::ImageInstrument;
@@ -27,6 +29,7 @@ enum Kind {
     Object,
     C,
     Wasm,
+    Fmu,
 }
 
 /// The file that was asked for.
@@ -45,7 +48,11 @@ pub fn output(name: OsString) -> Result<Output, String> {
         Some("o") => Kind::Object,
         Some("c") => Kind::C,
         Some("wasm") => Kind::Wasm,
-        _ => return Err("its ending says what to make: .elf, .uf2, .o, .c or .wasm".to_string()),
+        Some("fmu") => Kind::Fmu,
+        _ => {
+            let what = "its ending says what to make: .elf, .uf2, .o, .c, .wasm or .fmu";
+            return Err(what.to_string());
+        }
     };
     Ok(Output { path, kind })
 }
@@ -106,7 +113,7 @@ impl Output {
             return files_of_chips(&self.path, chips);
         }
         let beside: &[&str] = match self.kind {
-            Kind::Elf | Kind::Uf2 | Kind::Wasm => &[],
+            Kind::Elf | Kind::Uf2 | Kind::Wasm | Kind::Fmu => &[],
             Kind::C | Kind::Object => &["h", "rs"],
         };
         let beside = beside.iter().map(|ending| self.path.with_extension(ending));
@@ -131,13 +138,13 @@ impl Files<'_> {
             self.setup.check_asks_for_no_firmware()?;
         }
         match args.output.kind {
-            Kind::C | Kind::Wasm if args.map.is_some() || args.listing.is_some() => {
-                let why =
-                    "--map and --listing show machine code; C and WebAssembly have none: make a .o";
+            Kind::C | Kind::Wasm | Kind::Fmu if args.map.is_some() || args.listing.is_some() => {
+                let why = "--map and --listing show machine code; C, WebAssembly and FMUs have none: make a .o";
                 Err(Failure::Usage(why.to_string()))
             }
             Kind::C => self.write_c(&args.output.path),
             Kind::Wasm => self.write_wasm(&args.output.path),
+            Kind::Fmu => self.write_fmu(&args.output.path),
             Kind::Object => self.write_object(args),
             Kind::Elf | Kind::Uf2 => self.write_image(args),
         }
@@ -214,10 +221,14 @@ impl Files<'_> {
         let built = setup.build(instruments)?;
         let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());
         let variables = self.variables(instruments, &built);
-        let unproven = proof::check(setup, instruments, built, args.unproven)?;
+        let unproven = proof::check(setup, instruments, built.clone(), args.unproven)?;
         let file = match family {
             Some(family) => uf2(&image, family, unproven.as_deref()),
             None => executable(&image, &variables, unproven.as_deref()),
+        };
+        let file = match (family, &unproven) {
+            (None, None) => self.certified(&built, &variables, file),
+            _ => file,
         };
         Ok(MadeImage {
             path: self.of_chip(&args.output.path),
@@ -226,6 +237,20 @@ impl Files<'_> {
             keys,
             unproven,
         })
+    }
+
+    /// The same file with its certificate, where it has one.
+    fn certified(&self, built: &FirmwareImage, variables: &[Variables], file: Vec<u8>) -> Vec<u8> {
+        let rate_hz = self.setup.first().model.rate_hz;
+        match pipeline::certify(built, &self.setup.board, rate_hz, &file) {
+            Ok(certificate) => {
+                executable_certified(&built.image, variables, &certificate.to_string())
+            }
+            Err(why) => {
+                say!("it has no certificate for `whippen audit`: {why}");
+                file
+            }
+        }
     }
 
     /// The file of this chip, where there are several.

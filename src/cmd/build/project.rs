@@ -12,6 +12,7 @@ use whippen_compiler::kernel::{Kernel, verify};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::thumb::{self, Built};
 use whippen_compiler::variables::variables;
+use whippen_runtime::fmu::fmu;
 use whippen_runtime::image::ImageInstrument;
 
 use super::Args;
@@ -103,6 +104,33 @@ impl Files<'_> {
                 part.name
             );
         }
+        Ok(())
+    }
+
+    /// A source FMU of one key, or of what is played once.
+    pub(super) fn write_fmu(&self, path: &Path) -> Outcome {
+        let parts = self.parts()?;
+        let [part] = &parts[..] else {
+            let why = "an .fmu has one instrument; name one of them after the files";
+            return Err(Failure::Usage(why.to_string()));
+        };
+        let kernel = part.kernel(&part.compiled.lowered.kernel);
+        let kernel = verify(&kernel).map_err(|errors| {
+            let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
+            Failure::Defect(told.join("; "))
+        })?;
+        let own = Interface::of_c(part.compiled, kernel, &part.name, 1);
+        let source = c_source(&own).unwrap_or_default();
+        let source = format!("#include \"{}.h\"\n\n{source}", own.name);
+        let texts = [&source[..], &c_header(&own)];
+        let bytes = fmu(part.compiled, &self.setup.device, &own, texts);
+        put(path, &bytes)?;
+        say!(
+            "{}: a key of {} as a source FMU for FMI 3.0, {} bytes",
+            path.display(),
+            part.name,
+            bytes.len()
+        );
         Ok(())
     }
 

@@ -23,9 +23,10 @@ use crate::say::say;
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "What to write")]
 pub struct Outputs {
-    /// Trace: a row per tick with ports, force terms, coordinates, states and every `let`; or, in a
-    /// WAV file, what the program lets hear; written while it runs. May be given twice
-    #[arg(long, value_name = "FILE.csv|FILE.wav", value_hint = ValueHint::FilePath)]
+    /// Trace: a row per tick with ports, force terms, coordinates, states and every `let`, as a
+    /// table or as numpy's arrays; or, in a WAV file, what the program lets hear; written while it
+    /// runs. May be given twice
+    #[arg(long, value_name = "FILE.csv|FILE.npz|FILE.wav", value_hint = ValueHint::FilePath)]
     pub out: Vec<PathBuf>,
     /// Only every N-th row of the trace
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = option::every)]
@@ -66,7 +67,7 @@ pub struct Outputs {
 impl Outputs {
     /// Adds them to the files of a command.
     pub fn plan(&self, plan: FilePlan) -> FilePlan {
-        plan.writes("--out", &self.out, &["csv", "wav"])
+        plan.writes("--out", &self.out, &["csv", "npz", "wav"])
             .writes("--events", &self.events, &["csv"])
             .writes("--midi-out", &self.midi_out, &["mid", "midi"])
             .writes("--plot", &self.plot, &["svg", "png"])

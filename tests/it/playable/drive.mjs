@@ -40,4 +40,8 @@ if (picture) {
 console.log(JSON.stringify({ value: result.result?.value, exception: result.exceptionDetails?.exception?.description, heard }));
 chromium.kill();
 await new Promise((go) => chromium.on("exit", go));
-rmSync(profile, { recursive: true, force: true });
+try {
+  rmSync(profile, { recursive: true, force: true });
+} catch {
+  // A process of the browser still writes there; the folder is in that of temporary files.
+}

@@ -27,7 +27,9 @@ const R_ARM_ABS32: u32 = 2;
 
 /// The section of the note that says what is not proven of an image.
 const UNPROVEN_SECTION: &str = ".note.whippen";
-/// Who writes it.
+/// The section of the certificate (`whippen-audit` reads it).
+const CERTIFICATE_SECTION: &str = ".whippen.certificate";
+/// Who writes the note.
 const NOTE_OWNER: &str = "Whippen";
 /// A note of this kind says what is not proven.
 const NOTE_UNPROVEN: u32 = 0x100;
@@ -35,6 +37,20 @@ const NOTE_UNPROVEN: u32 = 0x100;
 /// The image as an executable, with its symbols, lines and variables; one that is not proven to be
 /// in time has a note that says why.
 pub fn executable(image: &Image, variables: &[Variables], unproven: Option<&str>) -> Vec<u8> {
+    with_certificate(image, variables, unproven, None)
+}
+
+/// The same with a certificate, as text, in a section that is not loaded.
+pub fn executable_certified(image: &Image, variables: &[Variables], certificate: &str) -> Vec<u8> {
+    with_certificate(image, variables, None, Some(certificate))
+}
+
+fn with_certificate(
+    image: &Image,
+    variables: &[Variables],
+    unproven: Option<&str>,
+    certificate: Option<&str>,
+) -> Vec<u8> {
     let mut file = File::new(Some(image.entry | 1));
     for Linked {
         name,
@@ -80,7 +96,16 @@ pub fn executable(image: &Image, variables: &[Variables], unproven: Option<&str>
         let note = Part::note(UNPROVEN_SECTION, NOTE_OWNER, NOTE_UNPROVEN, why);
         file.add(note);
     }
+    if let Some(text) = certificate {
+        file.add(Part::debug(CERTIFICATE_SECTION, text.into()));
+    }
     let mut symbols = Symbols::new(file.parts());
+    symbols.add(image_symbols(image));
+    file.finish(&symbols, &attributes::section(image.arch, true))
+}
+
+/// What an image names.
+fn image_symbols(image: &Image) -> Vec<Entry> {
     let named = image.symbols.iter().map(|symbol| Entry {
         name: symbol.name.clone(),
         value: symbol.address,
@@ -89,8 +114,7 @@ pub fn executable(image: &Image, variables: &[Variables], unproven: Option<&str>
         global: symbol.global,
         place: symbol.section.map_or(symbols::ABSOLUTE, file::number),
     });
-    symbols.add(named.collect());
-    file.finish(&symbols, &attributes::section(image.arch, true))
+    named.collect()
 }
 
 /// An object as a relocatable file, its lines and variables included.

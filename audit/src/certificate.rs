@@ -1,0 +1,261 @@
+//! The certificate: what is claimed of an image, as text. One line an entry; numbers are decimal or
+//! begin with `0x`. `docs/audit.md` lists the lines.
+
+mod print;
+mod read;
+
+use std::collections::BTreeSet;
+
+use whippen_isa::ItState;
+use whippen_isa::timing::Pipe;
+
+use crate::facts::Facts;
+use crate::place::Place;
+
+/// The first line.
+const HEADER: &str = "whippen-certificate 1";
+
+/// A memory: where it lies, and how long an access and a fetch take (0: nobody can say).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Memory {
+    /// First address.
+    pub base: u32,
+    /// Bytes.
+    pub size: u32,
+    /// Cycles of an access.
+    pub access: u16,
+    /// Cycles of a fetch.
+    pub fetch: u16,
+    /// Whether neighbouring words lie in neighbouring banks.
+    pub striped: bool,
+    /// Its banks.
+    pub banks: Vec<u8>,
+}
+
+/// Addresses behind which devices are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bus {
+    /// First address.
+    pub base: u32,
+    /// Bytes.
+    pub size: u32,
+    /// Cycles of a read.
+    pub read: u16,
+    /// Cycles of a write.
+    pub write: u16,
+}
+
+/// Everything that is claimed.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Certificate {
+    /// The name of the core.
+    pub core: String,
+    /// A number that stands for its table of cycles.
+    pub table: u64,
+    /// Cycles that a frame may take.
+    pub deadline: u64,
+    /// Whether data in a bank that is fetched from cost a cycle.
+    pub fetches: bool,
+    /// How many cores play.
+    pub cores: u32,
+    /// Memories, by address.
+    pub memories: Vec<Memory>,
+    /// Buses.
+    pub buses: Vec<Bus>,
+    /// Code and constants, by first address, with what stands for their bytes.
+    pub sections: Vec<(u32, u64)>,
+    /// Where vectors lead that nobody uses.
+    pub dead: u32,
+    /// Indirect branches, and where they may go.
+    pub targets: Vec<(u32, Vec<u32>)>,
+    /// The frame of each core, while each program plays.
+    pub frames: Vec<Frame>,
+}
+
+/// The frame of a core while a program plays.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Frame {
+    /// Which core.
+    pub core: u32,
+    /// Which program.
+    pub program: u32,
+    /// Where its table of vectors lies.
+    pub vectors: u32,
+    /// Accesses of the other core between two of its ticks.
+    pub visits: u32,
+    /// Cycles from the request to the return, at most.
+    pub cycles: u64,
+    /// Bytes of stack.
+    pub stack: u32,
+    /// What it runs; who calls stands behind what it calls.
+    pub functions: Vec<Function>,
+}
+
+/// What a function is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// One that returns.
+    #[default]
+    Plain,
+    /// The tick of keys: the first piece is the entry, the last one the end, others are modes.
+    Keys,
+    /// The handler of the tick's interrupt.
+    Handler,
+    /// What runs between ticks.
+    Idle,
+}
+
+const KINDS: [(Kind, &str); 4] = [
+    (Kind::Plain, "plain"),
+    (Kind::Keys, "keys"),
+    (Kind::Handler, "handler"),
+    (Kind::Idle, "idle"),
+];
+
+/// A function.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Function {
+    /// Its name, for messages.
+    pub name: String,
+    /// What it is.
+    pub kind: Kind,
+    /// Banks that may be fetched from while it runs.
+    pub fetched: u32,
+    /// Whether it hands out addresses of the stack.
+    pub hands_stack: bool,
+    /// Bytes of stack.
+    pub stack: u32,
+    /// Where it returns to, and whether a 32-bit instruction is there: at no less cost than any
+    /// place it does return to. None: the most expensive.
+    pub returns: Option<(u32, bool)>,
+    /// Words that registers hold where it is entered.
+    pub entered: Vec<(u8, [i64; 2])>,
+    /// Registers that point into the section that begins there, where a piece begins behind the
+    /// first.
+    pub bases: Vec<(u8, u32)>,
+    /// Heads of loops, and their rounds.
+    pub loops: Vec<(u32, u32)>,
+    /// Calls in it that are followed: the caller's number, the address behind the call, the callee.
+    /// The first is its own.
+    pub contexts: Vec<[u32; 3]>,
+    /// Calls in it that are not followed.
+    pub calls: Vec<Call>,
+    /// Pieces.
+    pub pieces: Vec<Piece>,
+}
+
+/// A call whose callee is bounded as a function of its own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Call {
+    /// The address of the call.
+    pub site: u32,
+    /// The callee.
+    pub callee: u32,
+    /// The number of the function, and how often a mode of a key runs in it (of others 0); none
+    /// where it is never called from there.
+    pub costs: Option<(u32, u32)>,
+}
+
+/// From an entry to the next piece's, or to the return.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Piece {
+    /// Its first instruction.
+    pub entry: u32,
+    /// Cycles at most; between ticks of one instruction.
+    pub cycles: u64,
+    /// The stack and what registers point to at its entry.
+    pub place: u32,
+    /// States of the pipeline.
+    pub pipes: Vec<u128>,
+    /// Stacks.
+    pub places: Vec<Place>,
+    /// Facts.
+    pub facts: Vec<Facts>,
+    /// Loops: context and head, and the cycles of a round.
+    pub rounds: Vec<(u32, u32, u64)>,
+    /// Places in the code.
+    pub points: Vec<Point>,
+}
+
+/// A place in the code: what is claimed wherever execution comes here.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Point {
+    /// The call it is in.
+    pub context: u32,
+    /// The address.
+    pub at: u32,
+    /// The state of IT.
+    pub it: ItState,
+    /// Its stack.
+    pub place: u32,
+    /// The loops it is in, outermost first.
+    pub loops: Vec<u32>,
+    /// Pipeline, facts, and cycles that remain at most: these, and those of a round for each round
+    /// that remains.
+    pub states: Vec<(u32, u32, i64)>,
+}
+
+/// Whether none is there twice.
+fn distinct<T: Ord>(all: impl Iterator<Item = T>) -> bool {
+    let mut known = BTreeSet::new();
+    let mut all = all;
+    all.all(|one| known.insert(one))
+}
+
+impl Certificate {
+    /// That nothing is said twice, memories and buses lie apart, and every core has a frame for
+    /// every program.
+    pub(crate) fn is_well_formed(&self) -> Result<(), &'static str> {
+        let memories = self.memories.iter().map(|own| (own.base, own.size));
+        let mut ranges: Vec<_> = memories
+            .chain(self.buses.iter().map(|b| (b.base, b.size)))
+            .collect();
+        ranges.sort_unstable();
+        if ranges
+            .windows(2)
+            .any(|pair| pair[1].0 - pair[0].0 < pair[0].1)
+        {
+            return Err("memories or buses overlap");
+        }
+        let targets = self
+            .targets
+            .iter()
+            .flat_map(|(at, to)| to.iter().chain([at]));
+        let twice = !distinct(self.targets.iter().map(|(at, _)| at))
+            || self.targets.iter().any(|(_, to)| !distinct(to.iter()));
+        if twice || targets.clone().any(|at| at & 1 != 0) {
+            return Err("a branch has targets that are none");
+        }
+        let programs = self.frames.len() as u32 / self.cores.max(1);
+        let wanted = (0..self.cores).flat_map(|core| (0..programs).map(move |own| (core, own)));
+        let frames = self.frames.iter().map(|frame| (frame.core, frame.program));
+        if programs == 0 || !frames.eq(wanted) {
+            return Err("not every core has a frame for every program");
+        }
+        let mut functions = self.frames.iter().flat_map(|frame| &frame.functions);
+        match functions.all(Function::is_well_formed) {
+            true => Ok(()),
+            false => Err("a function says something twice"),
+        }
+    }
+}
+
+impl Function {
+    fn is_well_formed(&self) -> bool {
+        distinct(self.entered.iter().map(|(register, _)| register))
+            && distinct(self.bases.iter().map(|(register, _)| register))
+            && distinct(self.loops.iter().map(|(head, _)| head))
+            && distinct(self.contexts.iter())
+            && distinct(self.calls.iter().map(|call| (call.site, call.callee)))
+            && distinct(self.pieces.iter().map(|piece| piece.entry))
+    }
+}
+
+impl Piece {
+    /// A state of the pipeline by its number.
+    pub(crate) fn pipe(&self, number: u32) -> Option<Pipe> {
+        self.pipes
+            .get(number as usize)
+            .map(|bits| Pipe::from_bits(*bits))
+    }
+}

@@ -1,0 +1,203 @@
+//! What is proven, from which numbers, and everything that it rests on, in words.
+
+use std::fmt::Write;
+
+use whippen_isa::timing::Evidence;
+
+use crate::certificate::{Certificate, Frame, Function, Kind};
+use crate::frame::Checked;
+
+/// What no certificate says and this checker does not look at.
+pub const NOT_CHECKED: [&str; 4] = [
+    "ranges: that values of the Kernel stay inside of their formats is not checked here",
+    "that the code computes what the Kernel says",
+    "the start: what runs before the first tick",
+    "the ways that data take: that no other code writes where the frame's pointers lead",
+];
+
+/// What holds of every image.
+const ALWAYS: [&str; 14] = [
+    "the decoder and the table of the core's cycles are right, or too large, for the silicon",
+    "memories, banks and buses are as the certificate says; each core's stack lies at the end that \
+     the first word of its vectors says",
+    "a core uses, while it plays, sections of its own name alone (`core1`: core 1; others: core 0; \
+     the start's: nobody), but for visits; an address that is not known lies in its core's data, \
+     not in a device",
+    "whoever is not in the certificate uses no memory of the image: a DMA, a debugger",
+    "an access of the other core delays one of ours by one access at most, and an own fetch by a \
+     cycle at most; fetches run at most 64 bytes ahead",
+    "what points into a section stays there, moved by constants or by a shifted index",
+    "nobody but PUSH, STM and STR relative to SP writes the stack's slots in which return \
+     addresses and saved pointers lie",
+    "nobody writes code, constants or vectors while they run",
+    "accesses are aligned to their size",
+    "a device answers within the cycles of its bus",
+    "what functions are called with, as listed below, is what they are called with",
+    "an interrupt is entered and left in the cycles of the core's table (estimates)",
+    "a call of keys runs as many modes as the core has keys; where one begins, one less",
+    "the deadline is the time from one tick to the next, or to the wrap that the board says",
+];
+
+/// Assumptions that are of this image, one by one.
+pub fn assumptions(certificate: &Certificate) -> Vec<String> {
+    let mut all: Vec<String> = ALWAYS.iter().map(|text| text.to_string()).collect();
+    of_board(&mut all, certificate);
+    for (at, targets) in &certificate.targets {
+        let to: Vec<String> = targets
+            .iter()
+            .take(3)
+            .map(|to| format!("{to:#x}"))
+            .collect();
+        let more = targets.len().saturating_sub(3);
+        let more = if more > 0 {
+            format!(" or {more} places more")
+        } else {
+            String::new()
+        };
+        all.push(format!(
+            "the indirect branch at {at:#x} leads to {}{more}, nowhere else",
+            to.join(", ")
+        ));
+    }
+    for frame in &certificate.frames {
+        let name = format!("core {}, program {}", frame.core, frame.program);
+        all.push(format!(
+            "{name}: the table of vectors lies at {:#x}",
+            frame.vectors
+        ));
+        let between = frame.functions.iter().find(|own| own.kind == Kind::Idle);
+        if let Some(piece) = between.and_then(|own| own.pieces.first()) {
+            let entry = piece.entry;
+            all.push(format!(
+                "{name}: between ticks runs what begins at {entry:#x}, nothing else"
+            ));
+        }
+        if certificate.cores > 1 {
+            all.push(format!(
+                "{name}: between two ticks the other core accesses its memory {} times at most",
+                frame.visits
+            ));
+        }
+        for function in &frame.functions {
+            of_function(
+                &mut all,
+                &format!("{name}, `{}`", function.name),
+                function,
+                frame,
+            );
+        }
+    }
+    all
+}
+
+/// What no byte says: the cores that play, memories and buses.
+fn of_board(all: &mut Vec<String>, certificate: &Certificate) {
+    let cores = certificate.cores;
+    all.push(format!(
+        "{cores} cores play; no other one fetches or accesses anything"
+    ));
+    all.push(match certificate.fetches {
+        true => "a core fetches and accesses data through a port each".to_string(),
+        false => "a core fetches and accesses data through one port".to_string(),
+    });
+    for own in &certificate.memories {
+        let banks: Vec<String> = own.banks.iter().map(u8::to_string).collect();
+        let cycles = |cycles: u16| match cycles {
+            0 => "in a time that nobody knows".to_string(),
+            cycles => format!("in {cycles} cycles"),
+        };
+        all.push(format!(
+            "{} bytes of memory at {:#x} are accessed {} and fetched {}, {} banks {}",
+            own.size,
+            own.base,
+            cycles(own.access),
+            cycles(own.fetch),
+            if own.striped { "word by word in" } else { "in" },
+            banks.join(", ")
+        ));
+    }
+    for own in &certificate.buses {
+        all.push(format!(
+            "devices in {} bytes at {:#x} are read in {} cycles and written in {}",
+            own.size, own.base, own.read, own.write
+        ));
+    }
+}
+
+fn of_function(all: &mut Vec<String>, name: &str, function: &Function, frame: &Frame) {
+    for (register, [low, high]) in &function.entered {
+        let [low, high] = [low, high].map(|word| *word as u32);
+        all.push(format!(
+            "{name}: R{register} is {low:#x} to {high:#x} where it is entered"
+        ));
+    }
+    for (register, section) in &function.bases {
+        let at = format!("the section at {section:#x}");
+        all.push(format!(
+            "{name}: R{register} points into {at} where a key's mode begins"
+        ));
+    }
+    for (head, rounds) in &function.loops {
+        all.push(format!(
+            "{name}: the loop at {head:#x} runs {rounds} times at most each time it is entered"
+        ));
+    }
+    for call in &function.calls {
+        let (site, callee) = (call.site, call.callee);
+        let Some((number, keys)) = call.costs else {
+            all.push(format!(
+                "{name}: the call at {site:#x} never leads to {callee:#x}"
+            ));
+            continue;
+        };
+        let ticks = frame
+            .functions
+            .get(number as usize)
+            .filter(|own| own.kind == Kind::Keys);
+        if ticks.is_some() {
+            all.push(format!(
+                "{name}: the call at {site:#x} ticks {keys} keys at most"
+            ));
+        }
+    }
+}
+
+/// The text.
+pub fn explain(certificate: &Certificate, checked: &[Checked]) -> String {
+    let mut text = String::from("\nproven:\n");
+    for frame in checked {
+        let sure = match frame.class {
+            Evidence::Exact => "exact: published counts are reproduced",
+            Evidence::Rule => "rule: documented, without an independent count",
+            Evidence::Estimate => "estimate: the least sure number is by analogy, or a bound",
+        };
+        let _ = writeln!(
+            text,
+            "  core {} takes at most {} of {} cycles from a tick's request to the return from its \
+             handler\n    while program {} plays, {} keys of at most {} cycles; {sure}",
+            frame.core, frame.cycles, certificate.deadline, frame.program, frame.keys, frame.key
+        );
+        for (what, cycles) in &frame.parts {
+            let _ = writeln!(text, "    {cycles:>8}  {what}");
+        }
+        let _ = writeln!(
+            text,
+            "    its stack takes {} bytes at most and meets nothing; {} states were checked",
+            frame.stack, frame.states
+        );
+    }
+    text += "  every instruction that is reached decodes and lies in code of its core, fetched in a \
+             cycle;\n  every cycle of the code is in a loop with a bound; every return goes back \
+             to its caller;\n  no vector leads elsewhere than to the handler or to the end\n";
+    text += "\nnot checked:\n";
+    for what in NOT_CHECKED {
+        let _ = writeln!(text, "  {what}");
+    }
+    let all = assumptions(certificate);
+    let _ = writeln!(text, "\nassumed ({}):", all.len());
+    for what in all {
+        let _ = writeln!(text, "  {what}");
+    }
+    text.truncate(text.trim_end().len());
+    text
+}

@@ -1,0 +1,287 @@
+//! The frame of a core: from the request of its tick to the return from its handler, and what it is
+//! summed from.
+
+use whippen_isa::timing::{Core, Evidence};
+
+use crate::Refusal;
+use crate::certificate::{Certificate, Frame, Function, Kind};
+use crate::facts::Facts;
+use crate::memory::Around;
+use crate::piece::check;
+use crate::place::Place;
+use crate::step::{Cost, Seen, Stepper};
+
+/// Words that an exception saves and restores, and bytes with what aligns them.
+const SAVED_WORDS: u64 = 8;
+const SAVED_BYTES: u32 = 36;
+
+/// What is checked of a frame.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Checked {
+    /// Which core.
+    pub core: u32,
+    /// Which program.
+    pub program: u32,
+    /// Cycles from the request to the return.
+    pub cycles: u64,
+    /// The largest cycles of a key's modes.
+    pub key: u64,
+    /// How many keys.
+    pub keys: u32,
+    /// What the cycles are summed from.
+    pub parts: Vec<(&'static str, u64)>,
+    /// Bytes of stack.
+    pub stack: u32,
+    /// As sure as the least sure number.
+    pub class: Evidence,
+    /// How many instructions, states and functions were checked.
+    pub states: usize,
+}
+
+/// The largest of the modes of a function that ticks keys.
+fn mode_cycles(function: &Function) -> u64 {
+    let modes = function.pieces.len().saturating_sub(2);
+    let modes = function.pieces.iter().skip(1).take(modes);
+    modes.map(|piece| piece.cycles).max().unwrap_or(0)
+}
+
+/// What a call of a function costs, with so many keys.
+pub fn cost(function: &Function, keys: u32) -> Option<Cost> {
+    let [first, .., last] = &function.pieces[..] else {
+        let [only] = &function.pieces[..] else {
+            return None;
+        };
+        return (function.kind == Kind::Plain && keys == 0).then_some(Cost {
+            cycles: only.cycles,
+            stack: function.stack,
+            returns: function.returns,
+            fetched: function.fetched,
+        });
+    };
+    let modes = mode_cycles(function).checked_mul(keys.into())?;
+    let around = first.cycles.checked_add(last.cycles)?;
+    (function.kind == Kind::Keys).then_some(Cost {
+        cycles: around.checked_add(modes)?,
+        stack: function.stack,
+        returns: function.returns,
+        fetched: function.fetched,
+    })
+}
+
+/// What all calls of a function cost.
+///
+/// # Errors
+/// One that is not there, or stands behind it.
+pub fn costs(frame: &Frame, number: usize) -> Result<Vec<Option<Cost>>, Refusal> {
+    let calls = frame.functions[number].calls.iter();
+    let of = |call: &crate::certificate::Call| {
+        let Some((function, keys)) = call.costs else {
+            return Ok(None);
+        };
+        let callee = frame
+            .functions
+            .get(..number)
+            .and_then(|all| all.get(function as usize));
+        let callee =
+            callee.filter(|own| own.pieces.first().map(|own| own.entry) == Some(call.callee));
+        let known = callee.and_then(|callee| cost(callee, keys));
+        let why = "costs what no function before it does";
+        known.map(Some).ok_or_else(|| Refusal::at(call.site, why))
+    };
+    calls.map(of).collect()
+}
+
+/// Checks the frame of a core.
+///
+/// # Errors
+/// What is claimed wrongly.
+pub(crate) fn check_frame(
+    certificate: &Certificate,
+    around: &Around,
+    core: &Core,
+    frame: &Frame,
+) -> Result<Checked, Refusal> {
+    let mut class = core
+        .exceptions
+        .entry
+        .evidence
+        .max(core.exceptions.exit.evidence);
+    let mut states = 0;
+    for (number, function) in frame.functions.iter().enumerate() {
+        let costs = costs(frame, number)?;
+        let stepper = Stepper {
+            core,
+            around,
+            certificate,
+            function,
+            costs: &costs,
+        };
+        class = class.max(check_function(&stepper)?);
+        let points = function.pieces.iter().flat_map(|piece| &piece.points);
+        states += points.map(|point| point.states.len()).sum::<usize>();
+    }
+    let (parts, stack) = sums(around, core, frame)?;
+    let cycles: u64 = parts.iter().map(|(_, cycles)| cycles).sum();
+    around.has_stack_room(frame.core, stack)?;
+    if (frame.cycles, frame.stack) != (cycles, stack) {
+        let why = format!(
+            "core {} claims {} cycles and {} bytes of stack, not {cycles} and {stack}",
+            frame.core, frame.cycles, frame.stack
+        );
+        return Err(Refusal::new(why));
+    }
+    if cycles > certificate.deadline {
+        let why = format!(
+            "core {}: {cycles} cycles of {}",
+            frame.core, certificate.deadline
+        );
+        return Err(Refusal::new(why));
+    }
+    let [_, handler] = last_two(frame)?;
+    only_handler(around, certificate, frame, handler.pieces[0].entry)?;
+    let (key, keys) = keys_of(frame, handler);
+    Ok(Checked {
+        core: frame.core,
+        program: frame.program,
+        cycles,
+        key,
+        keys,
+        parts,
+        stack,
+        class,
+        states,
+    })
+}
+
+/// What runs between ticks, and the handler: each in one piece.
+fn last_two(frame: &Frame) -> Result<[&Function; 2], Refusal> {
+    let one = |own: &Function, kind| own.kind == kind && own.pieces.len() == 1;
+    match &frame.functions[..] {
+        [.., idle, last] if one(idle, Kind::Idle) && one(last, Kind::Handler) => Ok([idle, last]),
+        _ => {
+            let why = "a frame ends with what runs between ticks and its handler";
+            Err(Refusal::new(why.into()))
+        }
+    }
+}
+
+/// Cycles by part, and bytes of stack.
+pub type Sums = (Vec<(&'static str, u64)>, u32);
+
+/// What a frame is summed from.
+///
+/// # Errors
+/// What is not there, or lies where no time is known.
+pub fn sums(around: &Around, core: &Core, frame: &Frame) -> Result<Sums, Refusal> {
+    let [idle, handler] = last_two(frame)?;
+    let saved = SAVED_WORDS * around.exception_word(around.stack_banks(frame.core)?);
+    let vector = around.exception_word(around.section_banks(frame.vectors)?);
+    let entry = u64::from(core.exceptions.entry.cycles);
+    let parts = vec![
+        ("the instruction in progress", idle.pieces[0].cycles),
+        ("entry of the interrupt", entry + saved + vector),
+        ("the handler with all keys", handler.pieces[0].cycles),
+        (
+            "return from the interrupt",
+            u64::from(core.exceptions.exit.cycles) + saved,
+        ),
+        (
+            "visits of the other core",
+            u64::from(frame.visits) * around.visit(),
+        ),
+    ];
+    let stack = idle
+        .stack
+        .saturating_add(SAVED_BYTES)
+        .saturating_add(handler.stack);
+    Ok((parts, stack))
+}
+
+fn keys_of(frame: &Frame, handler: &Function) -> (u64, u32) {
+    let called = handler.calls.iter().filter_map(|call| call.costs);
+    let keys = called.filter(|(f, _)| frame.functions[*f as usize].kind == Kind::Keys);
+    let most = keys.max_by_key(|(_, keys)| *keys);
+    most.map_or((0, 0), |(f, keys)| {
+        (mode_cycles(&frame.functions[f as usize]), keys)
+    })
+}
+
+/// Whatever the table of vectors holds leads to the handler or to the end.
+fn only_handler(
+    around: &Around,
+    certificate: &Certificate,
+    frame: &Frame,
+    handler: u32,
+) -> Result<(), Refusal> {
+    let section = around.elf.section_at(frame.vectors);
+    let section = section.ok_or_else(|| Refusal::at(frame.vectors, "is no table of vectors"))?;
+    let end = section.base + section.size;
+    // The first two words are not used after the start.
+    let mut found = false;
+    for at in (frame.vectors..end).step_by(4).skip(2) {
+        let vector = around.elf.word(at).unwrap_or(1) & !1;
+        found |= vector == handler;
+        if vector != 0 && vector != handler && vector != certificate.dead {
+            return Err(Refusal::at(
+                at,
+                "is the vector of an interrupt that nobody bounds",
+            ));
+        }
+    }
+    match found {
+        true => Ok(()),
+        false => Err(Refusal::at(frame.vectors, "has no vector of the handler")),
+    }
+}
+
+/// Checks a function; as sure as its least sure number.
+fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
+    let function = stepper.function;
+    let Some(first) = function.pieces.first() else {
+        return Err(Refusal::new(format!("`{}` has no pieces", function.name)));
+    };
+    if function.contexts.first() != Some(&[0, 0, first.entry]) {
+        return Err(Refusal::at(first.entry, "is not the first context's"));
+    }
+    if (function.kind == Kind::Keys) != (function.pieces.len() > 2)
+        || function.kind != Kind::Keys && function.pieces.len() > 1
+    {
+        return Err(Refusal::at(
+            first.entry,
+            "has another number of pieces than its kind",
+        ));
+    }
+    let mut facts = Facts::default();
+    let entered = Place::entered();
+    if matches!(function.kind, Kind::Plain | Kind::Keys) {
+        for (register, words) in &function.entered {
+            facts.set(*register, *words);
+        }
+    }
+    let derived = |register: u8| stepper.derived(&facts, register);
+    let place = first.places.get(first.place as usize);
+    if !place.is_some_and(|place| place.covers(&entered, derived)) {
+        return Err(Refusal::at(
+            first.entry,
+            "is entered with another stack than is claimed",
+        ));
+    }
+    let mut seen = Seen {
+        class: Evidence::Exact,
+        stack: 0,
+        hands_stack: false,
+    };
+    for piece in &function.pieces {
+        check(stepper, piece, &facts, &mut seen).map_err(|why| why.in_function(&function.name))?;
+        facts = Facts::default();
+    }
+    if seen.hands_stack != function.hands_stack {
+        let why = "does not hand out addresses of its stack as is claimed";
+        return Err(Refusal::at(first.entry, why));
+    }
+    if seen.stack != function.stack {
+        let why = format!("uses {} bytes of stack, not {}", seen.stack, function.stack);
+        return Err(Refusal::at(first.entry, why));
+    }
+    Ok(seen.class)
+}

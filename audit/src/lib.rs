@@ -1,0 +1,133 @@
+//! The checker of certificates: re-checks the bound of an image from its ELF file alone.
+//!
+//! ```text
+//!   ELF file --elf--> sections, certificate's text --certificate--> claims
+//!      frame   what a frame is summed from: functions, exception, visits
+//!      piece   potentials: each state of the certificate against everything that may follow it
+//!      step    one instruction: outcomes, cycles by isa::timing, facts, stack, waiting for memory
+//! ```
+//!
+//! It searches nothing and has no heuristics; whoever writes certificates has them. It depends on
+//! the instruction set alone: decoding, and the cycles of each instruction. `docs/audit.md` says
+//! what is checked and what is not.
+
+mod certificate;
+mod effect;
+mod elf;
+mod explain;
+mod facts;
+mod frame;
+mod memory;
+mod overlap;
+mod piece;
+mod place;
+mod step;
+
+use std::fmt::{self, Display};
+
+use whippen_isa::timing::Core;
+
+pub use certificate::{Bus, Call, Certificate, Frame, Function, Kind, Memory, Piece, Point};
+pub use elf::{CERTIFICATE, Elf, Section};
+pub use explain::{NOT_CHECKED, assumptions, explain};
+pub use facts::{ALL, Facts, Interval, NONE, PLACES};
+pub use frame::{Checked, Sums, cost, costs, sums};
+pub use memory::{Around, Banks, hands_stack, owner};
+pub use overlap::Last;
+pub use piece::{Arrival, ends, node_of, walk};
+pub use place::{Place, Tag};
+pub use step::{Cost, Node, Seen, State, Stepper, Steps, To};
+
+/// Why a certificate is refused.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refusal {
+    /// Where, if it is somewhere.
+    pub at: Option<u32>,
+    /// In which function.
+    pub function: Option<String>,
+    /// What is wrong.
+    pub why: String,
+}
+
+impl Refusal {
+    /// Of the whole.
+    pub fn new(why: String) -> Self {
+        Self {
+            at: None,
+            function: None,
+            why,
+        }
+    }
+
+    /// At an address.
+    pub fn at(at: u32, why: impl Into<String>) -> Self {
+        Self {
+            at: Some(at),
+            function: None,
+            why: why.into(),
+        }
+    }
+
+    fn in_function(self, name: &str) -> Self {
+        let function = self.function.or_else(|| Some(name.to_string()));
+        Self { function, ..self }
+    }
+}
+
+impl Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(function) = &self.function {
+            write!(f, "in `{function}`: ")?;
+        }
+        if let Some(at) = self.at {
+            write!(f, "{at:#010x} ")?;
+        }
+        f.write_str(&self.why)
+    }
+}
+
+/// The core of that name, with what its sources leave open at its worst.
+pub fn core_of(name: &str) -> Option<Core> {
+    let all = [Core::cortex_m0plus(), Core::cortex_m4(), Core::cortex_m33()];
+    all.into_iter()
+        .find(|core| core.name == name)
+        .map(Core::at_worst)
+}
+
+/// A number that stands for a core's table of cycles: another one where a number of it is changed.
+pub fn table_of(core: &Core) -> u64 {
+    hash(format!("{core:?}").as_bytes())
+}
+
+/// FNV-1a.
+fn hash(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// Checks everything that a certificate claims of an image.
+///
+/// # Errors
+/// The first claim that does not hold.
+pub fn audit(elf: &Elf, certificate: &Certificate) -> Result<Vec<Checked>, Refusal> {
+    let core = core_of(&certificate.core);
+    let core = core.ok_or_else(|| Refusal::new(format!("`{}` is no core", certificate.core)))?;
+    if table_of(&core) != certificate.table {
+        let why = "the cycles of the core are not those that it is proven with";
+        return Err(Refusal::new(why.into()));
+    }
+    if elf.constants() != certificate.sections {
+        let why = "code or constants are not those that the certificate is of";
+        return Err(Refusal::new(why.into()));
+    }
+    certificate
+        .is_well_formed()
+        .map_err(|why| Refusal::new(why.into()))?;
+    let mut checked = Vec::new();
+    for frame in &certificate.frames {
+        let around = Around::new(certificate, elf, frame.core)?;
+        checked.push(frame::check_frame(certificate, &around, &core, frame)?);
+    }
+    Ok(checked)
+}

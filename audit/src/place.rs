@@ -1,0 +1,194 @@
+//! The stack, and what registers and slots of it hold of pointers: where the stack pointer is,
+//! return addresses, pointers into sections.
+
+use whippen_isa::{Class, Inst, Op, RegSet, ShiftType, reg};
+
+/// What a register or a slot holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Tag {
+    /// The return address of a call, by its number, and where the stack pointer was.
+    Return(u32, i32),
+    /// An address in the section that begins there.
+    Section(u32),
+}
+
+/// See the module.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Place {
+    /// Bytes from where the stack pointer is when the function is entered; negative below.
+    pub sp: i32,
+    /// Of each register.
+    pub registers: [Option<Tag>; 16],
+    /// Of words of the stack, by distance from the same place.
+    pub slots: Vec<(i32, Tag)>,
+}
+
+impl Place {
+    /// Where a function is entered: LR holds its return address.
+    pub fn entered() -> Self {
+        let mut place = Self::default();
+        place.registers[usize::from(reg::LR)] = Some(Tag::Return(0, 0));
+        place
+    }
+
+    /// What a register holds.
+    pub fn tag(&self, register: u8) -> Option<Tag> {
+        self.registers[usize::from(register & 15)]
+    }
+
+    /// Whether everything that is claimed here holds there; `derived` tells more of a register
+    /// there.
+    pub(crate) fn covers(&self, other: &Self, derived: impl Fn(u8) -> Option<Tag>) -> bool {
+        let known = |register: u8| other.tag(register).or_else(|| derived(register));
+        let registers = (0..16).all(|r| self.tag(r).is_none_or(|tag| known(r) == Some(tag)));
+        let slots = self.slots.iter().all(|slot| other.slots.contains(slot));
+        self.sp == other.sp && registers && slots
+    }
+
+    /// An instruction executes, its condition met. `points`: what else is known of the register of
+    /// an index' base.
+    ///
+    /// # Errors
+    /// Nobody can say where it leaves the stack pointer.
+    pub(crate) fn execute(&mut self, inst: &Inst, points: Option<Tag>) -> Result<(), &'static str> {
+        let (before, defs) = (self.clone(), inst.defs());
+        for register in (0..15).filter(|r| *r != reg::SP && defs.contains(RegSet::core(*r))) {
+            let tag = match () {
+                () if inst.op() == Op::MOV_register && inst.amount == 0 => before.tag(inst.m),
+                () if steps(inst, register) => before.tag(register).filter(is_section),
+                () if adds_index(inst) => points.filter(is_section),
+                () => slot(inst, before.sp, register, false).and_then(|at| before.at(at)),
+            };
+            self.registers[usize::from(register)] = tag;
+        }
+        self.store(inst, &before)?;
+        if defs.contains(RegSet::core(reg::SP)) {
+            let moved = moved(inst).ok_or("moves the stack pointer nobody knows where")?;
+            self.sp = before
+                .sp
+                .checked_add(moved)
+                .ok_or("moves the stack pointer too far")?;
+            let sp = self.sp;
+            self.slots.retain(|(at, _)| *at >= sp);
+        }
+        Ok(())
+    }
+
+    /// What a slot holds.
+    pub(crate) fn at(&self, slot: i32) -> Option<Tag> {
+        let found = self.slots.iter().find(|(at, _)| *at == slot);
+        found.map(|(_, tag)| *tag)
+    }
+
+    /// What PC is loaded from the stack with.
+    pub(crate) fn loaded_pc(&self, inst: &Inst) -> Option<Tag> {
+        slot(inst, self.sp, reg::PC, false).and_then(|at| self.at(at))
+    }
+
+    /// A store by the stack pointer: what was in the slots is gone.
+    fn store(&mut self, inst: &Inst, before: &Place) -> Result<(), &'static str> {
+        use Class::*;
+        let class = inst.class();
+        let is_store = matches!(
+            class,
+            Store | StoreDual | StoreMultiple | StoreOrdered | FloatStore | FloatStoreMultiple
+        );
+        if !is_store || inst.n != reg::SP {
+            return Ok(());
+        }
+        let simple = matches!(class, Store | StoreDual | StoreMultiple)
+            && !inst.op().identifier().ends_with("_register");
+        if !simple {
+            // Somewhere on the stack: nothing is known of it any more.
+            self.slots.clear();
+            return Ok(());
+        }
+        let word = class != Store || inst.op() == Op::STR_immediate;
+        for register in 0..16 {
+            let Some(to) = slot(inst, before.sp, register, true) else {
+                continue;
+            };
+            if to >= 0 {
+                return Err("stores into its caller's stack");
+            }
+            self.slots.retain(|(at, _)| (at - to).abs() >= 4);
+            let tag = before.tag(register).filter(|_| word);
+            self.slots.extend(tag.map(|tag| (to, tag)));
+        }
+        self.slots.sort_unstable();
+        Ok(())
+    }
+}
+
+fn is_section(tag: &Tag) -> bool {
+    matches!(tag, Tag::Section(_))
+}
+
+/// Whether an instruction adds a shifted index to a register.
+pub(crate) fn adds_index(inst: &Inst) -> bool {
+    inst.op() == Op::ADD_register && inst.shift == ShiftType::LSL && inst.amount > 0
+}
+
+/// Whether an instruction leaves in a register what was there, some constant further.
+pub(crate) fn steps(inst: &Inst, register: u8) -> bool {
+    match inst.class() {
+        Class::Load | Class::LoadDual => {
+            inst.wback && inst.n == register && inst.t != register && inst.t2 != register
+        }
+        Class::LoadMultiple => inst.n == register && inst.imm >> register & 1 == 0,
+        Class::Store | Class::StoreDual | Class::StoreMultiple => inst.n == register,
+        _ => matches!(inst.op(), Op::ADD_immediate | Op::SUB_immediate) && inst.n == register,
+    }
+}
+
+/// By how many bytes an instruction moves the stack pointer.
+fn moved(inst: &Inst) -> Option<i32> {
+    let offset = if inst.add {
+        inst.imm as i32
+    } else {
+        -(inst.imm as i32)
+    };
+    let list = 4 * (inst.imm as u16).count_ones() as i32;
+    let singles = 4 * inst.uses().union(inst.defs()).single_bits().count_ones() as i32;
+    match (inst.class(), inst.op()) {
+        (_, Op::ADD_SP_plus_immediate) => Some(inst.imm as i32),
+        (_, Op::SUB_SP_minus_immediate) => Some(-(inst.imm as i32)),
+        (_, Op::PUSH | Op::STMDB) => Some(-list),
+        (_, Op::POP | Op::LDM) => Some(list),
+        (_, Op::VPUSH | Op::VPUSH_single) => Some(-singles),
+        (_, Op::VPOP | Op::VPOP_single) => Some(singles),
+        (Class::Load | Class::LoadDual | Class::Store | Class::StoreDual, _)
+            if inst.n == reg::SP && inst.wback && inst.t != reg::SP && inst.t2 != reg::SP =>
+        {
+            Some(offset)
+        }
+        _ => None,
+    }
+}
+
+/// The slot that an instruction loads a register from, or stores it to.
+fn slot(inst: &Inst, sp: i32, register: u8, stores: bool) -> Option<i32> {
+    use Class::*;
+    if inst.n != reg::SP || inst.op().identifier().ends_with("_register") {
+        return None;
+    }
+    let list = inst.imm as u16;
+    let below = 4 * (u32::from(list) & ((1 << register) - 1)).count_ones() as i32;
+    let offset = match (inst.index, inst.add) {
+        (false, _) => 0,
+        (true, true) => inst.imm as i32,
+        (true, false) => -(inst.imm as i32),
+    };
+    let listed = list >> register & 1 != 0;
+    match (inst.class(), stores) {
+        (StoreMultiple, true) if listed && inst.op() == Op::STM => Some(sp + below),
+        (StoreMultiple, true) if listed => Some(sp - 4 * list.count_ones() as i32 + below),
+        (LoadMultiple, false) if listed && inst.op() != Op::LDMDB => Some(sp + below),
+        (Load, false) if inst.t == register && inst.op() == Op::LDR_immediate => Some(sp + offset),
+        (Store, true) | (StoreDual, true) | (LoadDual, false) if inst.t == register => {
+            Some(sp + offset)
+        }
+        (StoreDual, true) | (LoadDual, false) if inst.t2 == register => Some(sp + offset + 4),
+        _ => None,
+    }
+}

@@ -1,0 +1,377 @@
+//! The certificate of an image: what is claimed of it, for a checker that believes nothing of this
+//! crate (`whippen-audit`).
+//!
+//! ```text
+//!   query --graph, order--> points --explore--> states, by the checker's own steps
+//!         --potential--> cycles that remain in each --> whippen_audit::Piece
+//! ```
+//!
+//! The heuristics are here: where points are, which facts are worth keeping, the cycles of a round.
+//! Wherever they err the checker refuses; nothing of what is here has to be believed.
+//!
+//! Not here: images with zones or parts, and boards with a DMA, which have no certificate.
+
+mod explore;
+mod finish;
+mod potential;
+
+use std::fmt::{self, Display};
+
+use whippen_arm::thumb::POINTS;
+use whippen_audit as audit;
+use whippen_audit::{Around, Certificate, Elf, Frame, Function, Kind, Refusal};
+use whippen_board::Board;
+use whippen_firmware::{CoreCode, DEAD, FirmwareImage, RUNNING};
+use whippen_keyboard::{CoreId, ProgramId};
+
+use super::calls::Calls;
+use super::memory::{Interference, Lies, Others};
+use super::program::Program;
+use super::tick::Places;
+use super::tick_handler::{OnCore, find};
+use super::{Annotations, NotBounded, Query};
+use explore::Explorer;
+
+/// Why an image has no certificate.
+#[derive(Debug)]
+pub enum NotCertified {
+    /// Certificates do not speak of that.
+    Beyond(&'static str),
+    /// It has no bound.
+    NotBounded(NotBounded),
+    /// The checker does not follow.
+    Refused(Refusal),
+}
+
+impl Display for NotCertified {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Beyond(what) => write!(f, "certificates do not speak of {what}"),
+            Self::NotBounded(why) => write!(f, "no bound: {why:?}"),
+            Self::Refused(why) => write!(f, "{why}"),
+        }
+    }
+}
+
+impl From<NotBounded> for NotCertified {
+    fn from(why: NotBounded) -> Self {
+        Self::NotBounded(why)
+    }
+}
+
+impl From<Refusal> for NotCertified {
+    fn from(why: Refusal) -> Self {
+        Self::Refused(why)
+    }
+}
+
+/// The certificate of an image, whose ELF file is given, with the cycles that a frame may take.
+///
+/// # Errors
+/// It has none.
+pub fn certificate(
+    image: &FirmwareImage,
+    program: &Program,
+    board: &Board,
+    deadline: u64,
+    file: &[u8],
+) -> Result<Certificate, NotCertified> {
+    let split = |core: &CoreCode| core.is_split() || core.cut.is_some();
+    let mut cores = image.programs.iter().flat_map(|program| &program.cores);
+    if image.cut().is_some() || cores.any(split) {
+        return Err(NotCertified::Beyond("zones and parts"));
+    }
+    if board.dma_traffic().is_some() {
+        return Err(NotCertified::Beyond("boards with a DMA"));
+    }
+    let elf = Elf::read(file).map_err(Refusal::new)?;
+    let mut certificate = of_board(board, deadline, image.keys_of_cores.len() as u32);
+    certificate.sections = elf.constants();
+    certificate.dead = find(program, DEAD)?;
+    certificate.targets = program.annotations.targets.clone().into_iter().collect();
+    for id in image.cores() {
+        for number in 0..image.programs.len() as u32 {
+            let frame = Frame {
+                core: id.index() as u32,
+                program: number,
+                vectors: find(program, RUNNING[id.index()].vectors)?,
+                visits: if image.keys_of_cores.len() > 1 {
+                    image.visits(id)
+                } else {
+                    0
+                },
+                ..Frame::default()
+            };
+            certificate.frames.push(frame);
+        }
+    }
+    for number in 0..certificate.frames.len() {
+        let frame = Framed {
+            image,
+            program,
+            board,
+            elf: &elf,
+            certificate: &certificate,
+        };
+        let functions = frame.functions(number)?;
+        certificate.frames[number].functions = functions;
+        let around = Around::new(&certificate, &elf, certificate.frames[number].core)?;
+        let core = board.timing().at_worst();
+        let (parts, stack) = audit::sums(&around, &core, &certificate.frames[number])?;
+        let frame = &mut certificate.frames[number];
+        frame.cycles = parts.iter().map(|(_, cycles)| cycles).sum();
+        frame.stack = stack;
+    }
+    // What its own checker does not follow is no certificate.
+    audit::audit(&elf, &certificate)?;
+    Ok(certificate)
+}
+
+/// What is claimed of a board.
+fn of_board(board: &Board, deadline: u64, cores: u32) -> Certificate {
+    let core = board.timing().at_worst();
+    let cycles = |time: whippen_board::AccessTime| time.extra_cycles().map_or(0, |more| more + 1);
+    let memories = board.memory.iter().map(|own| audit::Memory {
+        base: own.base,
+        size: own.size,
+        access: cycles(own.access),
+        fetch: cycles(own.fetch),
+        striped: own.striped,
+        banks: own.banks.clone(),
+    });
+    let buses = board.buses.iter().map(|own| audit::Bus {
+        base: own.base,
+        size: own.size,
+        read: own.read_cycles,
+        write: own.write_cycles,
+    });
+    Certificate {
+        core: core.name.to_string(),
+        table: audit::table_of(&core),
+        deadline,
+        fetches: board.fetches_apart,
+        cores,
+        memories: memories.collect(),
+        buses: buses.collect(),
+        ..Certificate::default()
+    }
+}
+
+/// A frame whose functions are looked for.
+struct Framed<'a> {
+    image: &'a FirmwareImage,
+    program: &'a Program,
+    board: &'a Board,
+    elf: &'a Elf,
+    certificate: &'a Certificate,
+}
+
+/// A function that is looked for.
+struct Wanted<'a> {
+    name: &'a str,
+    kind: Kind,
+    /// Entries of its pieces.
+    entries: Vec<u32>,
+    annotations: Annotations,
+    calls: Vec<audit::Call>,
+}
+
+impl Framed<'_> {
+    /// What a core runs while a program plays.
+    fn functions(&self, number: usize) -> Result<Vec<Function>, NotCertified> {
+        let claimed = &self.certificate.frames[number];
+        let (core, playing) = (claimed.core as usize, claimed.program);
+        let timing = self.board.timing().at_worst();
+        let interference = Interference::new(
+            self.board,
+            &self.program.sections,
+            Lies::default(),
+            Others::default(),
+        );
+        let id = CoreId(claimed.core);
+        let programs: Vec<&CoreCode> = self
+            .image
+            .programs
+            .iter()
+            .map(|program| program.core(id))
+            .collect();
+        let of = OnCore {
+            program: self.program,
+            core: &timing,
+            running: &RUNNING[core],
+            number: core,
+            playing: programs[ProgramId(playing).index()],
+            programs: &programs,
+            interference: &interference,
+            helper: None,
+        };
+        let calls = Calls::find(&of)?;
+        let mut frame = claimed.clone();
+        for wanted in self.wanted(&of, &calls)? {
+            let function = self.function(&of, &frame, wanted)?;
+            frame.functions.push(function);
+        }
+        Ok(frame.functions)
+    }
+
+    /// The tick of the keys, what begins one, what runs between ticks, the handler.
+    fn wanted<'a>(
+        &'a self,
+        of: &OnCore<'a>,
+        calls: &Calls,
+    ) -> Result<Vec<Wanted<'a>>, NotCertified> {
+        let (program, keys) = (self.program, of.playing.keys.count());
+        let name = &of.playing.name;
+        let Places { tick, modes, end } = Places::find(program, name)?;
+        let modes = modes.iter().map(|(_, at)| *at);
+        let own = || program.annotations.clone();
+        let plain = |name, kind, entry, annotations, calls| Wanted {
+            name,
+            kind,
+            entries: vec![entry],
+            annotations,
+            calls,
+        };
+        let ticked = Wanted {
+            name,
+            kind: Kind::Keys,
+            entries: [tick].into_iter().chain(modes).chain([end]).collect(),
+            annotations: Annotations {
+                return_to: calls.return_to,
+                entered: of.entered(name, None),
+                ..own()
+            },
+            calls: Vec::new(),
+        };
+        let begun = Annotations {
+            entered: of.entered(name, Some(keys)),
+            ..own()
+        };
+        let handled = Annotations {
+            handler: true,
+            ..own()
+        };
+        let sleeping = Annotations {
+            sleeps: true,
+            ..own()
+        };
+        let running = of.running;
+        Ok(vec![
+            ticked,
+            plain("begin", Kind::Plain, calls.begin, begun, Vec::new()),
+            plain(
+                running.idle,
+                Kind::Idle,
+                find(program, running.idle)?,
+                sleeping,
+                Vec::new(),
+            ),
+            plain(
+                running.handler,
+                Kind::Handler,
+                find(program, running.handler)?,
+                handled,
+                calls.certified(keys),
+            ),
+        ])
+    }
+
+    fn function(
+        &self,
+        of: &OnCore,
+        frame: &Frame,
+        wanted: Wanted,
+    ) -> Result<Function, NotCertified> {
+        let Wanted {
+            name,
+            kind,
+            entries,
+            mut annotations,
+            calls,
+        } = wanted;
+        annotations.stops = audit::ends(kind, entries.iter().copied());
+        annotations.inside = kind == Kind::Keys;
+        let known = calls
+            .iter()
+            .map(|call| ((Some(call.site), call.callee), super::Known::default()));
+        annotations.known = known.collect();
+        let mut flows = Vec::new();
+        for entry in &entries {
+            flows.push(self.flow(of, *entry, kind, &mut annotations)?);
+        }
+        let signed = |words: &[u32; 2]| words.map(|word| i64::from(word as i32));
+        let entered = annotations.entered.iter();
+        let mut function = Function {
+            name: name.to_string(),
+            kind,
+            returns: annotations.return_to.map(|to| (to.address, to.wide)),
+            entered: entered
+                .map(|(register, words)| (*register, signed(words)))
+                .collect(),
+            bases: self.histories(kind, name),
+            contexts: vec![[0, 0, entries[0]]],
+            calls,
+            ..Function::default()
+        };
+        if matches!(kind, Kind::Idle | Kind::Handler) {
+            function.entered.clear();
+        }
+        let around = Around::new(self.certificate, self.elf, frame.core)?;
+        let mut whole = frame.clone();
+        whole.functions.push(function);
+        let costs = audit::costs(&whole, whole.functions.len() - 1)?;
+        let function = whole.functions.pop().unwrap_or_default();
+        let explorer = Explorer {
+            core: of.core,
+            around: &around,
+            certificate: self.certificate,
+            costs: &costs,
+            annotations: &annotations,
+        };
+        Ok(explorer.explore(function, &entries, &flows)?)
+    }
+
+    /// The register that points into the rings of samples: its word is loaded from memory, so
+    /// nothing but an assumption tells where.
+    fn histories(&self, kind: Kind, name: &str) -> Vec<(u8, u32)> {
+        let at = self.program.symbols.get(&format!("{name}_histories"));
+        let section = at.and_then(|at| self.elf.section_at(*at));
+        let section = section.filter(|_| kind == Kind::Keys);
+        section
+            .map(|own| (POINTS.histories, own.base))
+            .into_iter()
+            .collect()
+    }
+
+    /// The graph of a piece and its loops. A head without a bound runs once, where a key begins.
+    fn flow(
+        &self,
+        of: &OnCore,
+        entry: u32,
+        kind: Kind,
+        annotations: &mut Annotations,
+    ) -> Result<super::Flow, NotCertified> {
+        loop {
+            let query = Query {
+                core: of.core,
+                code: &self.program.code,
+                entry,
+                annotations,
+                interference: None,
+            };
+            let found = match kind {
+                // It goes round for ever.
+                Kind::Idle => super::Flow::without_order(&query),
+                _ => super::Flow::with_tables(&query),
+            };
+            match found {
+                Err(NotBounded::NoRounds { head })
+                    if kind == Kind::Plain && !annotations.loops.contains_key(&head) =>
+                {
+                    annotations.loops.insert(head, 1);
+                }
+                found => return Ok(found?),
+            }
+        }
+    }
+}

@@ -1,0 +1,488 @@
+//! All states at all points of a function, found by the checker's own steps.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use whippen_audit::{
+    Around, Arrival, Certificate, Cost, Facts, Function, Kind, Last, NONE, Node, PLACES, Piece,
+    Place, Refusal, Seen, State, Stepper, Tag, walk,
+};
+use whippen_isa::timing::{Core, Evidence, Pipe};
+
+use super::finish::finished;
+use crate::graph::Graph;
+use crate::memory::SOMEWHERE;
+use crate::order::{Element, Loop};
+use crate::relevant::{FLAGS, Relevance, Relevant, writes};
+use crate::{Annotations, Flow};
+
+/// States at one point at most; more are joined.
+const STATES_MAX: usize = 64;
+/// How often stacks may turn out to be known less well.
+const TRIES_MAX: usize = 64;
+
+/// What a function is explored with.
+pub struct Explorer<'a> {
+    pub core: &'a Core,
+    pub around: &'a Around<'a>,
+    pub certificate: &'a Certificate,
+    pub costs: &'a [Option<Cost>],
+    pub annotations: &'a Annotations,
+}
+
+/// A place in the code where states are gathered.
+#[derive(Debug, Clone)]
+pub struct Spot {
+    pub node: Node,
+    /// Facts that are worth keeping.
+    relevant: Relevant,
+    /// The loops that it is in, outermost first.
+    pub loops: Vec<u32>,
+    pub place: Option<Place>,
+    pub states: Vec<(Pipe, Facts)>,
+    /// What follows each.
+    pub follows: Vec<Vec<Follows>>,
+}
+
+impl Spot {
+    fn set_follows(&mut self, nth: usize, follows: Vec<Follows>) {
+        let count = self.follows.len().max(nth + 1);
+        self.follows.resize(count, Vec::new());
+        self.follows[nth] = follows;
+    }
+}
+
+/// What follows a state.
+#[derive(Debug, Clone)]
+pub struct Follows {
+    pub cycles: i64,
+    /// A state at a spot, or the end.
+    pub to: Option<(usize, usize)>,
+    /// The facts and pipeline with which it comes there.
+    pub state: (Pipe, Facts),
+}
+
+/// A loop of a piece.
+#[derive(Debug, Clone)]
+pub struct LoopOfPiece {
+    pub context: u32,
+    pub head: u32,
+    pub rounds_max: u32,
+}
+
+/// A piece under exploration.
+pub struct Explored {
+    pub spots: Vec<Spot>,
+    pub rounds: Vec<LoopOfPiece>,
+    pub index: HashMap<(u32, u32), usize>,
+    open: BTreeSet<(usize, usize)>,
+    /// The cycles of the longest instruction.
+    pub longest: u64,
+}
+
+impl Explorer<'_> {
+    /// Explores all pieces.
+    pub fn explore(
+        &self,
+        function: Function,
+        entries: &[u32],
+        flows: &[Flow],
+    ) -> Result<Function, Refusal> {
+        let mut function = function;
+        let mut pieces: Vec<Explored> = Vec::new();
+        for flow in flows {
+            let contexts = contexts_of(&mut function, &flow.graph);
+            self.see(&mut function, &flow.graph);
+            pieces.push(Explored::new(&function, flow, &contexts));
+        }
+        for round in pieces.iter().flat_map(|piece| &piece.rounds) {
+            let own = (round.head, round.rounds_max);
+            if !function.loops.contains(&own) {
+                function.loops.push(own);
+            }
+        }
+        let first = Place::entered();
+        let mut places: BTreeMap<u32, Place> = [(entries[0], first)].into();
+        for entry in entries {
+            function.pieces.push(Piece {
+                entry: *entry,
+                ..Piece::default()
+            });
+        }
+        let mut seen = Seen {
+            class: Evidence::Exact,
+            stack: 0,
+            hands_stack: false,
+        };
+        for _ in 0..TRIES_MAX {
+            let mut again = false;
+            for (entry, piece) in entries.iter().zip(&mut pieces) {
+                let facts = match *entry == entries[0] {
+                    true => self.entered(&function),
+                    false => Facts::default(),
+                };
+                if let Some(place) = places.get(entry).cloned() {
+                    let mut run = Run {
+                        own: self,
+                        function: &function,
+                        seen: &mut seen,
+                    };
+                    again |= run.explore(piece, *entry, &place, facts, &mut places)?;
+                }
+            }
+            if !again {
+                function.stack = seen.stack;
+                return self.finished(function, pieces, &places);
+            }
+        }
+        Err(Refusal::at(entries[0], "has stacks that do not settle"))
+    }
+
+    /// With the pieces in the place of what was explored.
+    fn finished(
+        &self,
+        function: Function,
+        pieces: Vec<Explored>,
+        places: &BTreeMap<u32, Place>,
+    ) -> Result<Function, Refusal> {
+        let mut function = function;
+        let (mut facts, kind) = (self.entered(&function), function.kind);
+        for (explored, piece) in pieces.into_iter().zip(&mut function.pieces) {
+            let place = places.get(&piece.entry).cloned().unwrap_or_default();
+            *piece = finished(piece.entry, explored, (&facts, place), kind, self.core)?;
+            facts = Facts::default();
+        }
+        Ok(function)
+    }
+
+    fn entered(&self, function: &Function) -> Facts {
+        let mut facts = Facts::default();
+        for (register, words) in &function.entered {
+            facts.set(*register, *words);
+        }
+        facts
+    }
+
+    /// What is fetched, whether addresses of the stack are handed out, and which loops have bounds.
+    fn see(&self, function: &mut Function, graph: &Graph) {
+        for block in &graph.blocks {
+            for item in &block.items {
+                function.fetched |= self.around.fetched_at(item.address);
+                function.hands_stack |= whippen_audit::hands_stack(&item.inst);
+            }
+            let targets = block.edges.iter().filter_map(|edge| edge.taken);
+            for target in targets.filter(|target| target.address != SOMEWHERE) {
+                function.fetched |= self.around.fetched_at(target.address);
+            }
+        }
+        if let (Kind::Keys | Kind::Plain, None) = (function.kind, function.returns) {
+            function.fetched |= self.around.fetched_at(SOMEWHERE);
+        }
+    }
+}
+
+/// The numbers of a graph's contexts in a function's.
+fn contexts_of(function: &mut Function, graph: &Graph) -> Vec<u32> {
+    let mut numbers = vec![0_u32];
+    for context in graph.contexts.iter().skip(1) {
+        let caller = numbers[context.caller.unwrap_or(0)];
+        let wanted = [caller, context.return_address, context.callee & !1];
+        let known = function
+            .contexts
+            .iter()
+            .skip(1)
+            .position(|own| *own == wanted);
+        let number = known.map_or(function.contexts.len(), |at| at + 1);
+        if known.is_none() {
+            function.contexts.push(wanted);
+        }
+        numbers.push(number as u32);
+    }
+    numbers
+}
+
+impl Explored {
+    fn new(function: &Function, flow: &Flow, contexts: &[u32]) -> Self {
+        let graph = &flow.graph;
+        let relevance = Relevance::of(graph, true);
+        let mut own = Self {
+            spots: Vec::new(),
+            rounds: Vec::new(),
+            index: HashMap::new(),
+            open: BTreeSet::new(),
+            longest: 0,
+        };
+        let idle = function.kind == Kind::Idle;
+        let mut order = Vec::new();
+        let mut nest = Vec::new();
+        match idle {
+            true => order.extend((0..graph.blocks.len()).map(|block| (block, Vec::new(), !0))),
+            false => own.order(&flow.order.elements, graph, contexts, &mut nest, &mut order),
+        }
+        for (block, loops, kept) in order {
+            let items = &graph.blocks[block].items;
+            for (nth, item) in items.iter().enumerate() {
+                let before = nth.checked_sub(1).map(|before| &items[before].inst);
+                let relevant = match (before, idle) {
+                    (_, true) if nth == 0 => Some(0),
+                    (None, _) => Some(relevance.before[block] & kept),
+                    (Some(before), false) if before.is_conditional() => {
+                        Some(relevance.behind[block][nth - 1])
+                    }
+                    _ => None,
+                };
+                let (context, at) = (contexts[graph.blocks[block].context], item.address);
+                let node = Node { context, at, it: 0 };
+                if let Some(relevant) = relevant {
+                    own.index.insert((context, at), own.spots.len());
+                    own.spots.push(Spot {
+                        node,
+                        relevant,
+                        loops: loops.clone(),
+                        place: None,
+                        states: Vec::new(),
+                        follows: Vec::new(),
+                    });
+                }
+            }
+        }
+        own
+    }
+
+    /// Blocks in order, with the loops that they are in and what may be known at heads.
+    fn order(
+        &mut self,
+        elements: &[Element],
+        graph: &Graph,
+        contexts: &[u32],
+        nest: &mut Vec<u32>,
+        order: &mut Vec<(usize, Vec<u32>, Relevant)>,
+    ) {
+        for element in elements {
+            match element {
+                Element::Block(block) if order.iter().any(|(known, ..)| known == block) => {}
+                Element::Block(block) => order.push((*block, nest.clone(), !0)),
+                Element::Loop(around) => {
+                    let head = &graph.blocks[around.head];
+                    nest.push(self.rounds.len() as u32);
+                    self.rounds.push(LoopOfPiece {
+                        context: contexts[head.context],
+                        head: head.address(),
+                        rounds_max: around.rounds_max,
+                    });
+                    order.push((around.head, nest.clone(), !changed(graph, around)));
+                    self.order(&around.body, graph, contexts, nest, order);
+                    nest.pop();
+                }
+            }
+        }
+    }
+}
+
+/// What a loop changes.
+fn changed(graph: &Graph, around: &Loop) -> Relevant {
+    let blocks = around.members.iter().map(|block| &graph.blocks[*block]);
+    let calls = blocks
+        .clone()
+        .flat_map(|block| &block.edges)
+        .any(|edge| edge.known.is_some());
+    let items = blocks.flat_map(|block| &block.items);
+    let changed = items.fold(0, |set, item| set | writes(&item.inst));
+    if calls { !0 } else { changed }
+}
+
+/// One try.
+struct Run<'a, 's> {
+    own: &'a Explorer<'a>,
+    function: &'a Function,
+    seen: &'s mut Seen,
+}
+
+impl Run<'_, '_> {
+    /// Explores a piece from its entry; whether stacks turned out otherwise.
+    fn explore(
+        &mut self,
+        piece: &mut Explored,
+        entry: u32,
+        place: &Place,
+        facts: Facts,
+        places: &mut BTreeMap<u32, Place>,
+    ) -> Result<bool, Refusal> {
+        for spot in &mut piece.spots {
+            (spot.states, spot.follows) = (Vec::new(), Vec::new());
+        }
+        let stepper = Stepper {
+            core: self.own.core,
+            around: self.own.around,
+            certificate: self.own.certificate,
+            function: self.function,
+            costs: self.own.costs,
+        };
+        let ends = self.own.annotations.stops.clone();
+        let start = State {
+            pipe: Pipe::default(),
+            facts,
+            place: place.clone(),
+            last: Last::default(),
+        };
+        let (context, at, it) = (0, entry, 0);
+        let mut again = false;
+        self.arrive(piece, Node { context, at, it }, &start, &mut again)?;
+        let index: BTreeSet<(u32, u32)> = piece.index.keys().copied().collect();
+        while let Some((number, nth)) = piece.open.pop_first() {
+            let from = start_of(&piece.spots[number], nth);
+            let is_point = |node: &Node| index.contains(&(node.context, node.at));
+            let mut longest = piece.longest;
+            let mut passes = |_, cycles| {
+                longest = longest.max(cycles);
+                Ok(())
+            };
+            let arrived = walk(&stepper, from, &is_point, &ends, &mut passes, self.seen)?;
+            piece.longest = longest;
+            let mut follows = Vec::new();
+            for (arrival, state, cycles) in arrived {
+                let to = match arrival {
+                    Arrival::Point(node) => Some(self.arrive(piece, node, &state, &mut again)?),
+                    Arrival::Piece(at) => {
+                        again |= self.hand_over(at, &state, places);
+                        None
+                    }
+                    Arrival::Return => None,
+                };
+                let state = (state.pipe, state.facts);
+                let cycles = cycles as i64;
+                follows.push(Follows { cycles, to, state });
+            }
+            piece.spots[number].set_follows(nth, follows);
+        }
+        Ok(again)
+    }
+
+    /// Another piece begins: with what registers are assumed to point to there.
+    fn hand_over(&self, at: u32, state: &State, places: &mut BTreeMap<u32, Place>) -> bool {
+        let mut state = state.clone();
+        for (register, section) in &self.function.bases {
+            let tag = &mut state.place.registers[usize::from(*register & 15)];
+            tag.get_or_insert(Tag::Section(*section));
+        }
+        self.meet_place(places.entry(at).or_insert_with(nowhere), &state)
+    }
+
+    /// A state comes to a spot: its number there.
+    fn arrive(
+        &mut self,
+        piece: &mut Explored,
+        node: Node,
+        state: &State,
+        again: &mut bool,
+    ) -> Result<(usize, usize), Refusal> {
+        let number = piece.index.get(&(node.context, node.at)).copied();
+        let number = number.ok_or_else(|| Refusal::at(node.at, "is no point"))?;
+        let mut facts = state.facts.clone();
+        facts.trim(piece.spots[number].relevant);
+        let spot = &mut piece.spots[number];
+        if !spot.states.is_empty() && spot.node != node {
+            return Err(Refusal::at(node.at, "is met in and outside of an IT block"));
+        }
+        spot.node = node;
+        let mut place = spot.place.take().unwrap_or_else(nowhere);
+        *again |= self.meet_place(&mut place, state) && !spot.states.is_empty();
+        spot.place = Some(place);
+        let known = spot
+            .states
+            .iter()
+            .position(|known| *known == (state.pipe, facts.clone()));
+        if let Some(nth) = known {
+            return Ok((number, nth));
+        }
+        let full = spot.states.len() >= STATES_MAX;
+        let like = spot
+            .states
+            .iter()
+            .rposition(|(pipe, _)| full && *pipe == state.pipe);
+        if let Some(nth) = like {
+            let old = &spot.states[nth].1;
+            if !old.covers(&facts) {
+                // One state in the place of two: what led to the old one leads to both.
+                let joined = (state.pipe, join(old, &facts));
+                spot.states[nth] = joined;
+                piece.open.insert((number, nth));
+            }
+            return Ok((number, nth));
+        }
+        let nth = spot.states.len();
+        spot.states.push((state.pipe, facts));
+        piece.open.insert((number, nth));
+        Ok((number, nth))
+    }
+
+    /// What is known of a stack on all ways; whether that is less than before.
+    fn meet_place(&self, known: &mut Place, state: &State) -> bool {
+        let keys = self.function.kind == Kind::Keys;
+        let derived = |register: u8| {
+            let section = self.own.around.section_of(state.facts.of(register));
+            section.filter(|_| keys).map(Tag::Section)
+        };
+        let mut new = state.place.clone();
+        for register in 0..15_u8 {
+            let tag = state.place.tag(register).or_else(|| derived(register));
+            new.registers[usize::from(register)] = tag;
+        }
+        if known.sp == i32::MAX {
+            *known = new;
+            return true;
+        }
+        let before = known.clone();
+        for (tag, new) in known.registers.iter_mut().zip(&new.registers) {
+            *tag = tag.filter(|tag| Some(*tag) == *new);
+        }
+        known.slots.retain(|slot| new.slots.contains(slot));
+        *known != before
+    }
+}
+
+/// Where a walk from a state begins.
+fn start_of(spot: &Spot, nth: usize) -> (Node, State) {
+    let (pipe, facts) = spot.states[nth].clone();
+    let place = spot.place.clone().unwrap_or_default();
+    let last = Last::default();
+    let state = State {
+        pipe,
+        facts,
+        place,
+        last,
+    };
+    (spot.node, state)
+}
+
+/// No stack yet.
+fn nowhere() -> Place {
+    Place {
+        sp: i32::MAX,
+        ..Place::default()
+    }
+}
+
+/// What is known in both.
+fn join(a: &Facts, b: &Facts) -> Facts {
+    let mut pairs: Vec<(u16, u16)> = Vec::new();
+    let mut joined = Facts {
+        flags: a.flags | b.flags,
+        ..Facts::default()
+    };
+    for place in 0..PLACES {
+        let pair = (a.names[place], b.names[place]);
+        if pair.0 == NONE || pair.1 == NONE {
+            continue;
+        }
+        let known = pairs.iter().position(|own| *own == pair);
+        let at = known.unwrap_or_else(|| {
+            let (x, y) = (a.values[usize::from(pair.0)], b.values[usize::from(pair.1)]);
+            joined.values.push([x[0].min(y[0]), x[1].max(y[1])]);
+            pairs.push(pair);
+            pairs.len() - 1
+        });
+        joined.names[place] = at as u16;
+    }
+    joined.trim(0xffff | FLAGS);
+    joined
+}

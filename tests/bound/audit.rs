@@ -1,0 +1,230 @@
+//! Certificates: every bundled instrument's is accepted, with the cycles of the bound; changed in
+//! one place it is refused.
+//!
+//! `WHIPPEN_MUTANTS=all` tries every change of a certificate, not one of six.
+
+use whippen_compiler::Rng;
+use whippen_compiler::audit::{Certificate, Elf, Refusal, audit};
+use whippen_compiler::image::{SectionKind, executable, executable_certified};
+use whippen_compiler::pipeline;
+use whippen_emulator::BoardKind;
+
+use crate::image::{Image, instruments};
+
+fn certified(image: &Image) -> Result<Certificate, String> {
+    let file = executable(&image.whole.image, &[], None);
+    let rate_hz = image.compiled.model.rate_hz;
+    pipeline::certify(&image.whole, &image.board, rate_hz, &file).map_err(|why| why.to_string())
+}
+
+fn spring() -> Image {
+    let mut all = instruments();
+    all.retain(|compiled| compiled.model.name == "virtual_spring");
+    Image::new(all.remove(0), 4)
+}
+
+/// What a checker says of a text beside the bytes of an image.
+fn judged(elf: &Elf, text: &str) -> Result<(), String> {
+    let certificate = Certificate::read(text)?;
+    audit(elf, &certificate)
+        .map(|_| ())
+        .map_err(|why: Refusal| why.to_string())
+}
+
+/// The keys' cycles are those of the bound, and so are the handler's; what runs between ticks is
+/// cheaper by what its branches cost where their targets are known.
+#[test]
+fn every_instrument_is_audited() {
+    for compiled in instruments() {
+        let image = Image::on(BoardKind::Rp2350, compiled, 8);
+        let certificate = certified(&image).unwrap_or_else(|why| panic!("{}: {why}", image.name()));
+        let file = executable_certified(&image.whole.image, &[], &certificate.to_string());
+        let elf = Elf::read(&file).expect("it is an ELF file");
+        let text = elf.certificate.as_deref().expect("it has a certificate");
+        let read = Certificate::read(text).expect("it can be read");
+        assert_eq!(read, certificate, "{}", image.name());
+        let checked = audit(&elf, &read).unwrap_or_else(|why| panic!("{}: {why}", image.name()));
+        for (checked, core) in checked.iter().zip(&image.cores) {
+            let bound = &core.contended;
+            let told = format!(
+                "{}: {} of {}",
+                image.name(),
+                checked.cycles,
+                bound.cycles_max
+            );
+            println!("{told}, {} a key, {} states", checked.key, checked.states);
+            assert_eq!(checked.key, bound.key_cycles_max(), "{told}");
+            assert_eq!(checked.parts[2].1, bound.handler.cycles_max, "{told}");
+            assert_eq!(checked.stack, bound.stack_bytes_max, "{told}");
+            assert!(
+                (0..=4).contains(&(bound.cycles_max - checked.cycles)),
+                "{told}"
+            );
+        }
+    }
+}
+
+/// Any number of a line, and the line as a whole.
+const ANY: usize = usize::MAX;
+
+/// Numbers whose change is accepted where it is no lie, by the line's first word and the number's
+/// place in it (0: the line left out), and why.
+const HARMLESS: [(&str, usize, &str); 10] = [
+    (
+        "deadline",
+        1,
+        "what a frame may take is asked, not proven; it is told beside the cycles",
+    ),
+    (
+        "memory",
+        ANY,
+        "no byte says what the board is; `--explain` tells each memory",
+    ),
+    ("bus", ANY, "likewise"),
+    (
+        "entered",
+        ANY,
+        "an assumption, which `--explain` tells; another with the same outcome",
+    ),
+    (
+        "returns",
+        ANY,
+        "another place to return to at the same cost, or none: the most expensive",
+    ),
+    (
+        "function",
+        3,
+        "more banks than are fetched from, where that costs nothing",
+    ),
+    (
+        "place",
+        ANY,
+        "less is claimed of a register, or something else that is true",
+    ),
+    (
+        "point",
+        4,
+        "another of the stacks, which claims less of registers",
+    ),
+    (
+        "state",
+        0,
+        "another state covers what comes here, at the same cycles",
+    ),
+    (
+        "state",
+        2,
+        "other facts, which claim less or hold too, and no other cycles",
+    ),
+];
+
+/// Lines that may be left out as nothing meets them: in an image of one program none begins, so
+/// these calls are never made. Whatever else they say is harmless.
+const UNMET: [&str; 2] = ["call", "targets"];
+
+/// A line with one of its numbers changed, in the base that it is written in.
+fn changed(line: &str, word: usize, by: i128) -> Option<String> {
+    let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
+    let old = words.get(word)?;
+    words[word] = match old.strip_prefix("0x") {
+        Some(hex) => format!("{:#x}", i128::from_str_radix(hex, 16).ok()? + by),
+        None => (old.parse::<i128>().ok()? + by).to_string(),
+    };
+    Some(words.join(" "))
+}
+
+/// Every number one up and one down, every line left out and doubled.
+fn mutants(line: &str) -> Vec<(usize, Vec<String>)> {
+    let mut all = vec![(0, Vec::new()), (0, vec![line.to_string(); 2])];
+    for word in 1..line.split(' ').count() {
+        for by in [1, -1] {
+            let new = changed(line, word, by);
+            all.extend(new.map(|new| (word, vec![new])));
+        }
+    }
+    all
+}
+
+#[test]
+fn a_certificate_that_lies_is_refused() {
+    let image = spring();
+    let text = certified(&image).expect("it has one").to_string();
+    let elf = Elf::read(&executable(&image.whole.image, &[], None)).expect("it is an ELF file");
+    assert_eq!(judged(&elf, &text), Ok(()));
+    let lines: Vec<&str> = text.lines().collect();
+    let (mut random, all) = (Rng::new(1), std::env::var_os("WHIPPEN_MUTANTS").is_some());
+    let (mut tried, mut harmless, mut unmet, mut accepted) = (0, 0, 0, Vec::new());
+    for (at, line) in lines.iter().enumerate() {
+        for (word, new) in mutants(line) {
+            if !new.is_empty() && !all && !random.chance(1, 6) {
+                continue;
+            }
+            let before = lines[..at].iter().map(|line| line.to_string());
+            let behind = lines[at + 1..].iter().map(|line| line.to_string());
+            let text: Vec<String> = before.chain(new.clone()).chain(behind).collect();
+            tried += 1;
+            if judged(&elf, &text.join("\n")).is_err() {
+                continue;
+            }
+            let what = line.split(' ').next().unwrap_or_default();
+            if word == 0 && new.is_empty() && UNMET.contains(&what) {
+                unmet += 1;
+                break;
+            }
+            let known = |own: &&(&str, usize, &str)| own.0 == what && [ANY, word].contains(&own.1);
+            match HARMLESS.iter().find(known) {
+                Some(_) => harmless += 1,
+                None => accepted.push(format!("`{line}` as {new:?}")),
+            }
+        }
+    }
+    println!("{tried} tried, {harmless} harmless, {unmet} lines of what is not met");
+    assert!(unmet <= 8, "two calls of each core, with their targets");
+    assert!(
+        accepted.is_empty(),
+        "{} of {tried}:\n{}",
+        accepted.len(),
+        accepted.join("\n")
+    );
+    assert!(harmless < tried / 20, "{harmless} of {tried} are harmless");
+}
+
+/// Turns bits of a byte that is stored.
+fn flip(image: &mut Image, at: u32, bits: u8) {
+    let segments = image.whole.image.segments.iter_mut();
+    let mut own = segments.filter(|own| at.wrapping_sub(own.run) < own.bytes.len() as u32);
+    let own = own.next().expect("it is stored");
+    own.bytes[(at - own.run) as usize] ^= bits;
+}
+
+#[test]
+fn an_image_with_another_bit_is_refused() {
+    let mut image = spring();
+    let text = certified(&image).expect("it has one").to_string();
+    let mut random = Rng::new(1);
+    let code = image
+        .whole
+        .image
+        .sections
+        .iter()
+        .filter(|own| own.kind == SectionKind::Code && own.size > 0);
+    let code: Vec<(u32, u32)> = code.map(|own| (own.run, own.size)).collect();
+    let (mut noticed, tries) = (0, 64);
+    for _ in 0..tries {
+        let (base, size) = code[random.below(code.len() as u64) as usize];
+        let at = base + random.below(u64::from(size)) as u32;
+        let bit = 1_u8 << random.below(8);
+        flip(&mut image, at, bit);
+        let elf = Elf::read(&executable(&image.whole.image, &[], None)).expect("an ELF file");
+        flip(&mut image, at, bit);
+        assert!(judged(&elf, &text).is_err(), "{at:#x} {bit:#x}");
+        let mut own = Certificate::read(&text).expect("it can be read");
+        own.sections = elf.constants();
+        noticed += u32::from(audit(&elf, &own).is_err());
+    }
+    println!("{noticed} of {tries} also where the sections' numbers are adapted");
+    assert!(
+        noticed > 4,
+        "the rest is code that no tick reaches, or registers that decide nothing"
+    );
+}
