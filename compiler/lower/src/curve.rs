@@ -4,15 +4,15 @@
 //!   i = c1 + c2 t      value = c0 + i t      slope a cell = i + c2 t        t in -1/2 .. 1/2
 //! ```
 //!
-//! The grid covers a power of two of the operand's units, so that holding it there is one
-//! saturation; beyond, a curve is flat.
+//! The grid covers a power of two of the operand's units, so that the cell is one saturation of the
+//! operand that is moved down; beyond, and in the outermost cells, a curve is flat.
 
 use super::Lowerer;
 use super::format::{self, exp2, quantize};
 use super::real::Real;
 use whippen_kernel::{Op, OpError, Range, Value};
-use whippen_lang::model::NodeId;
 use whippen_lang::model::curve::Curve;
+use whippen_lang::model::{Interval, NodeId};
 
 /// Cells either way, as a power of two.
 const CELLS: u8 = 8;
@@ -32,6 +32,10 @@ struct GridPlace {
     place: Value,
     /// Of a cell (SI).
     width: f64,
+    /// The middle of cell 0, in cells.
+    middle: f64,
+    /// Whether operands beyond the grid are in its outermost cells.
+    is_held: bool,
     /// Error of the operand (SI).
     inherited: f64,
 }
@@ -57,21 +61,29 @@ impl Lowerer<'_> {
             cell,
             place,
             width,
+            middle,
+            is_held,
             inherited,
         } = self.cells_of(curve, x)?;
         let (step, over) = (self.step, self.ranges.get(x));
         let at = |cells: f64| {
-            let x = (cells * width).clamp(over.low, over.high);
+            let x = ((cells + middle) * width).clamp(over.low, over.high);
             curve.value(&step.model, x).unwrap_or(0.0)
         };
-        let cells = -(1_i32 << CELLS)..=1 << CELLS;
+        let cells = -(1_i32 << CELLS)..1 << CELLS;
         let parabolas = cells.clone().map(|k| parabola(&at, k.into()));
-        let parabolas: Vec<[f64; 3]> = parabolas.collect();
+        let mut parabolas: Vec<[f64; 3]> = parabolas.collect();
+        if is_held && let [first, .., last] = &mut parabolas[..] {
+            [first[1], first[2], last[1], last[2]] = [0.0; 4];
+        }
         let off = parabolas
             .iter()
             .zip(cells)
             .map(|(row, k)| worst(&at, row, k));
         let off = off.fold(FLAT * reach.magnitude(), f64::max);
+        // What parabolas reach is known; of the curve an interval tells, which may be much wider.
+        let all = parabolas.iter().map(reached).reduce(Interval::union);
+        let reach = all.unwrap_or(reach);
         let rows = parabolas.iter().flat_map(|[a, b, c]| [*a, *b, *c, 0.0]);
         let rows: Vec<f64> = rows.collect();
         let largest = |most: f64, c: &f64| most.max(c.abs());
@@ -101,23 +113,34 @@ impl Lowerer<'_> {
             value, lsb, error, ..
         } = self.plain(real)?;
         let (model, over) = (&self.step.model, self.ranges.get(x));
-        let flat = |bits: &u8| {
-            let half = exp2((*bits).into()) * lsb;
-            half >= over.magnitude() || curve.is_flat_beyond(model, half, over, FLAT)
+        let known = self.b.range(value);
+        let holds = |bits: u8| Range::new(-(1 << bits), (1 << bits) - 1).contains(known);
+        let fits = |bits: &u8| {
+            let inner = (exp2((*bits).into()) - exp2((bits - CELLS).into())) * lsb;
+            holds(*bits) || curve.is_flat_beyond(model, inner, over, FLAT)
         };
-        let bits = (CELLS..31).find(flat).unwrap_or(31);
+        let bits = (CELLS..31).find(fits).unwrap_or(31);
         let shift = bits - CELLS;
-        let word = self.clamped(value, Range::new(-(1 << bits), (1 << bits) - 1))?;
-        let cell = self.b.op(Op::SarRound(shift), &[word])?;
+        let cell = match shift {
+            0 => value,
+            _ => self.b.op(Op::Sar(shift), &[value])?,
+        };
+        let cell = self.clamped(cell, Range::new(-(1 << CELLS), (1 << CELLS) - 1))?;
         let first = self.constant(-(1 << CELLS))?;
-        let place = match shift {
-            0 => self.constant(0)?,
-            _ => self.b.op(Op::ShlWrap(32 - shift), &[word])?,
+        let (place, middle) = match shift {
+            0 => (self.constant(0)?, 0.0),
+            _ => {
+                let half = self.constant(1 << (shift - 1))?;
+                let from_middle = self.b.op(Op::SubWrap, &[value, half])?;
+                (self.b.op(Op::ShlWrap(32 - shift), &[from_middle])?, 0.5)
+            }
         };
         Ok(GridPlace {
             cell: self.b.op(Op::Sub, &[cell, first])?,
             place,
             width: exp2(shift.into()) * lsb,
+            middle,
+            is_held: !holds(bits),
             inherited: error,
         })
     }
@@ -167,6 +190,17 @@ fn parabola(at: &dyn Fn(f64) -> f64, k: f64) -> [f64; 3] {
     [middle, slope, bend]
 }
 
+/// From where to where a parabola goes in its cell.
+fn reached(&[a, b, c]: &[f64; 3]) -> Interval {
+    let at = |t: f64| Interval::point(a + t * (b + t * c));
+    let ends = at(-0.5).union(at(0.5));
+    let top = -0.5 * b / c;
+    match top.abs() < 0.5 {
+        true => ends.union(at(top)),
+        false => ends,
+    }
+}
+
 /// How far it is off at places between.
 fn worst(at: &dyn Fn(f64) -> f64, [a, b, c]: &[f64; 3], k: i32) -> f64 {
     let off = |t: f64| (a + t * (b + t * c) - at(f64::from(k) + t)).abs();
@@ -178,7 +212,7 @@ fn worst(at: &dyn Fn(f64) -> f64, [a, b, c]: &[f64; 3], k: i32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{parabola, worst};
+    use super::{parabola, reached, worst};
 
     /// As far as a friction's law that sticks goes.
     fn law(cells: f64) -> f64 {
@@ -198,7 +232,10 @@ mod tests {
                 let t = f64::from(place) / 100.0;
                 let at = f64::from(k) + t;
                 let slope = 500.0 * (law(at + 1e-3) - law(at - 1e-3));
-                found[0] = found[0].max((a + t * (b + t * c) - law(at)).abs());
+                let value = a + t * (b + t * c);
+                let reach = reached(&row);
+                assert!((reach.low..=reach.high).contains(&value), "{k} {t}");
+                found[0] = found[0].max((value - law(at)).abs());
                 found[1] = found[1].max((b + 2.0 * c * t - slope).abs());
             }
         }

@@ -17,6 +17,8 @@ use whippen_source::Span;
 
 /// Largest gain whose coefficient is a word.
 pub(super) const HALF: f64 = 0.499_999;
+/// Part of it that what live values make may be: as a word it is rounded, and may be a little more.
+const NEARLY: f64 = 0.96;
 /// Guard bits of a sum that ends in a word of 16 bits, at most.
 const GUARD: i32 = 14;
 /// As many are enough for the roundings of ten terms to stay below a third of the word's unit.
@@ -341,8 +343,7 @@ impl Lowerer<'_> {
             integer_part,
         };
         if let Factor::Live(_) = gain {
-            // The word that it becomes is rounded, and may be a little more.
-            let is_word = |up: &i32| gain.largest() * exp2(-up) < 0.5 * HALF;
+            let is_word = |up: &i32| gain.largest() * exp2(-up) < NEARLY * HALF;
             return (0..=headroom).find(is_word).map(|up| mul_high(up, 0.0));
         }
         let is_word = |up: &i32| gain.largest() * exp2(-up) < HALF;

@@ -49,13 +49,13 @@ fn a_bow_makes_helmholtz_s_motion_of_each() {
     }
 }
 
-/// One bow, which each settles to once a period. Whether a string that is bowed from rest comes to
-/// one slip a period or to two may hang on the least change (A4 has two with a press that differs
+/// One bow, to which each settles alike. Whether a string that is bowed from rest comes to one slip
+/// a period or to two may hang on the least change (A4 at 0.2 m/s has two with a press that differs
 /// by less than 2e-8 N), and then the two need not settle alike.
 #[test]
 fn integers_and_ideal_settle_to_one_motion_of_each() {
     for line in [G3, D4, A4, E5] {
-        settles_alike(&line, &bowed(&line, HARDEST), bow(&line, 0.2, 0.2));
+        settles_alike(&line, &bowed(&line, HARDEST), bow(&line, 0.1, 0.2));
     }
 }
 
@@ -113,11 +113,13 @@ fn a_friction_takes_power_from_the_rounded_motion() {
     }
 }
 
-/// Pressed by 9 m/s of its impedance; a newton on the lightest string of the first set is 5.8 m/s.
+/// Pressed by 7 m/s of its impedance; a newton on the lightest string of the first set is 5.8 m/s.
+/// At 9 m/s the highest string is held to the range of its rate in about every third gesture, and
+/// does not come to rest any more.
 #[test]
 fn a_friction_never_pushes_and_without_it_energy_falls() {
     for line in [G3, E5] {
-        let hardest = 9.0 * line.impedance();
+        let hardest = 7.0 * line.impedance();
         never_pushes(&bowed(&line, hardest), hardest);
     }
 }

@@ -45,6 +45,8 @@ pub(super) struct Strategy {
     pub remat_distance: usize,
     /// Instructions of a block over which it does.
     pub remat_within: usize,
+    /// Instructions of a block over which the address of a table's row does.
+    pub addresses_within: usize,
     /// Values alive at once, as far as the scheduler can have that; none keeps selection's order.
     pub pressure_limit: Option<usize>,
 }
@@ -81,10 +83,11 @@ impl Compiler<'_> {
         let func = match piece {
             CompileUnit::Mode(index) => {
                 let mode = &self.modes.modes[index];
-                let plan = plan_mode(kernel, mode, self.shared);
+                let plan = plan_mode(kernel, mode, self.shared, self.features());
                 let near = Near {
                     decisions: strategy.remat_distance,
                     instructions: strategy.remat_within,
+                    addresses: strategy.addresses_within,
                 };
                 Select::select_mode(kernel, self.layout, &plan, literals, mode, index, near)
             }

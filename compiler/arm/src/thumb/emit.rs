@@ -12,7 +12,7 @@
 mod align;
 mod islands;
 
-use super::minst::{Relocation, template};
+use super::minst::{Relocation, RowPlace, template};
 use super::{ThumbError, names};
 use crate::features::Features;
 use crate::image::{Fixup, FixupKind, Hint, LineRow, Symbol, SymbolKind};
@@ -371,19 +371,21 @@ impl Bytes {
 
     fn add_fixup(&mut self, at: u32, address: Option<Relocation>, name: &str) {
         let Some(half) = address else { return };
-        let (kind, symbol) = match half {
-            Relocation::Low(table) => (FixupKind::MovwAbs, names::table(name, table)),
-            Relocation::High(table) => (FixupKind::MovtAbs, names::table(name, table)),
-            Relocation::Routine(routine) => {
-                (FixupKind::ThumbCall, names::routine(name, routine.name()))
-            }
-            Relocation::String(string) => (FixupKind::ThumbCall, names::string(name, string)),
+        let of = |row: RowPlace| (names::table(name, row.table), row.offset);
+        let (kind, (symbol, addend)) = match half {
+            Relocation::Low(row) => (FixupKind::MovwAbs, of(row)),
+            Relocation::High(row) => (FixupKind::MovtAbs, of(row)),
+            Relocation::Routine(routine) => (
+                FixupKind::ThumbCall,
+                (names::routine(name, routine.name()), 0),
+            ),
+            Relocation::String(string) => (FixupKind::ThumbCall, (names::string(name, string), 0)),
         };
         self.fixups.push(Fixup {
             at,
             kind,
             symbol,
-            addend: 0,
+            addend,
         });
     }
 

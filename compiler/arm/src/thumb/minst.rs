@@ -174,13 +174,21 @@ pub(super) enum Access {
     Update([u32; 2]),
 }
 
+/// Where a row of a table is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct RowPlace {
+    pub table: u32,
+    /// Bytes from where the table begins.
+    pub offset: i32,
+}
+
 /// An address that is known when the object is linked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Relocation {
-    /// MOVW: the low half of a table's address.
-    Low(u32),
+    /// MOVW: the low half of the address of a table's row.
+    Low(RowPlace),
     /// MOVT: the high half.
-    High(u32),
+    High(RowPlace),
     /// BL: a routine.
     Routine(Routine),
     /// BL: the tick of a string.

@@ -13,19 +13,20 @@ use super::hoist::rename_result;
 use super::liveness::{RegisterSet, step_back};
 use super::minst::{MInst, PReg};
 use super::registers::others;
-use super::tuning::{RENAME_HIGH_COST, RENAME_HORIZON};
+use super::tuning::RENAME_HORIZON;
 use whippen_isa::timing::Core;
 
-/// The block with other registers; `live_out` is what is read behind it. None if nothing can be
-/// otherwise.
+/// The block with other registers; `live_out` is what is read behind it, and a high register loses
+/// `high_cost` instructions of distance against a low one. None if nothing can be otherwise.
 pub(super) fn rename_registers(
     block: &Block<PReg>,
     live_out: &RegisterSet,
     free: u32,
     core: &Core,
+    high_cost: usize,
 ) -> Option<Vec<MInst<PReg>>> {
     let mut code = block.code.clone();
-    let mut known = RegisterUse::of(&code, live_out);
+    let mut known = RegisterUse::of(&code, live_out, high_cost);
     let mut changed = false;
     for at in 0..code.len() {
         let (_, own) = known.touched[at];
@@ -45,7 +46,7 @@ pub(super) fn rename_registers(
         if let Some(new) = new {
             code.truncate(at);
             code.extend(new);
-            known = RegisterUse::of(&code, live_out);
+            known = RegisterUse::of(&code, live_out, high_cost);
             changed = true;
         }
     }
@@ -58,10 +59,12 @@ struct RegisterUse {
     touched: Vec<(u32, u32)>,
     /// The registers that hold something that is wanted behind it.
     wanted: Vec<u32>,
+    /// What a high register loses.
+    high_cost: usize,
 }
 
 impl RegisterUse {
-    fn of(code: &[MInst<PReg>], live_out: &RegisterSet) -> RegisterUse {
+    fn of(code: &[MInst<PReg>], live_out: &RegisterSet, high_cost: usize) -> RegisterUse {
         let mut wanted = vec![0; code.len()];
         let mut live = live_out.clone();
         for (at, inst) in code.iter().enumerate().rev() {
@@ -71,6 +74,7 @@ impl RegisterUse {
         RegisterUse {
             touched: code.iter().map(MInst::register_bits).collect(),
             wanted,
+            high_cost,
         }
     }
 
@@ -89,10 +93,6 @@ impl RegisterUse {
         let since = before
             .position(|(uses, defs)| (uses | defs) & register != 0)
             .unwrap_or(RENAME_HORIZON);
-        since.saturating_sub(if register < 1 << 8 {
-            0
-        } else {
-            RENAME_HIGH_COST
-        })
+        since.saturating_sub(if register < 1 << 8 { 0 } else { self.high_cost })
     }
 }

@@ -20,9 +20,11 @@ use super::func::{Allocated, Block};
 use super::liveness::{RegisterSet, compute_live_in, live_out_of};
 use super::minst::PReg;
 use super::rename::rename_registers;
-use super::tuning::{REORDER_PATH_MIN, REORDER_TRIES, REORDER_WINDOW};
+use super::tuning::{
+    RENAME_HIGH_COST, RENAMED_AGAIN_MAX, REORDER_PATH_MIN, REORDER_TRIES, REORDER_WINDOW,
+};
 pub(super) use cache::OrderCache;
-use cache::{Moved, Ordered, apply_order};
+use cache::{Moved, Ordered, apply_order, behind};
 use cost::OrderCost;
 use whippen_isa::timing::Core;
 
@@ -46,14 +48,31 @@ pub(super) fn reorder_blocks(func: &mut Allocated, core: &Core, cache: &OrderCac
     }
 }
 
-/// The best order of a block with its registers, or with others.
+/// The best order of a block with its registers, or with others; then, as long as that makes it
+/// shorter, the best of what is found with yet others.
 fn best_order(block: &Block<PReg>, live_out: &RegisterSet, free: u32, core: &Core) -> Ordered {
-    let (own, cycles) = improve_order(block, core);
-    let renamed = rename_registers(block, live_out, free, core);
-    match renamed.map(|code| improve_order(&block.with_code(code), core)) {
-        Some((other, fewer)) if fewer < cycles => other,
-        _ => own,
+    let (mut best, mut cycles) = improve_order(block, core);
+    let renamed = |code: &Block<PReg>, high_cost: usize| {
+        let code = rename_registers(code, live_out, free, core, high_cost)?;
+        let code = block.with_code(code);
+        let (order, cycles) = improve_order(&code, core);
+        Some((order, cycles))
+    };
+    if let Some((other, fewer)) = renamed(block, RENAME_HIGH_COST)
+        && fewer < cycles
+    {
+        (best, cycles) = (other, fewer);
     }
+    for _ in 0..RENAMED_AGAIN_MAX {
+        let ordered = block.with_code(apply_order(&block.code, &best));
+        match renamed(&ordered, 0) {
+            Some((other, fewer)) if fewer < cycles => {
+                (best, cycles) = (behind(&best, other), fewer);
+            }
+            _ => break,
+        }
+    }
+    best
 }
 
 /// The code in a better order, and twice its cycles.

@@ -22,6 +22,7 @@ const fn strategy(remat_distance: usize, pressure_limit: usize) -> Strategy {
     Strategy {
         remat_distance,
         remat_within: usize::MAX,
+        addresses_within: 0,
         pressure_limit: Some(pressure_limit),
     }
 }
@@ -30,6 +31,7 @@ const fn strategy(remat_distance: usize, pressure_limit: usize) -> Strategy {
 const UNSCHEDULED: Strategy = Strategy {
     remat_distance: 1,
     remat_within: usize::MAX,
+    addresses_within: 0,
     pressure_limit: None,
 };
 
@@ -37,11 +39,21 @@ const UNSCHEDULED: Strategy = Strategy {
 const LOADED_OFTEN: Strategy = Strategy {
     remat_distance: 1,
     remat_within: REMAT_WITHIN,
+    addresses_within: 0,
     pressure_limit: Some(9),
 };
 
+/// And the address of a table's row stays in its register, for tables that are read over and over.
+const ADDRESSES_KEPT: Strategy = Strategy {
+    addresses_within: usize::MAX,
+    ..LOADED_OFTEN
+};
+
+/// How many of the last strategies are for long blocks.
+const FOR_LONG: usize = 2;
+
 /// The strategies, in the order in which they are tried.
-const STRATEGIES: [Strategy; 9] = [
+const STRATEGIES: [Strategy; 10] = [
     strategy(1, 9),
     strategy(0, 9),
     strategy(3, 9),
@@ -51,6 +63,7 @@ const STRATEGIES: [Strategy; 9] = [
     strategy(1, 5),
     UNSCHEDULED,
     LOADED_OFTEN,
+    ADDRESSES_KEPT,
 ];
 
 /// A mode's best code so far.
@@ -218,11 +231,11 @@ fn improve_worst(
     Ok(())
 }
 
-/// How many strategies a mode has: the last is for long blocks.
+/// How many strategies a mode has.
 fn candidates(mode: &CompiledMode) -> usize {
     let mut blocks = mode.code.blocks.iter();
     let has_long = blocks.any(|block| block.code.len() > LONG_BLOCK);
-    STRATEGIES.len() - usize::from(!has_long)
+    STRATEGIES.len() - if has_long { 0 } else { FOR_LONG }
 }
 
 /// The mode with most cycles, of those that have a candidate left and come close to the worst;

@@ -45,7 +45,7 @@ mod square_root;
 
 use super::func::{BlockId, Func};
 use super::literal::Literals;
-use super::minst::{MInst, Reg, Role, VReg};
+use super::minst::{MInst, Reg, Role, RowPlace, VReg};
 use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
 use compare::Relation;
@@ -62,6 +62,15 @@ struct TableRow {
     table: u32,
     row: Value,
     block: BlockId,
+    address: VReg,
+}
+
+/// The address of a row of a table that is in a register, within a block.
+struct KnownPlace {
+    place: RowPlace,
+    block: BlockId,
+    /// Behind how many instructions of the block it was used last.
+    used: usize,
     address: VReg,
 }
 
@@ -115,6 +124,8 @@ pub(super) struct Near {
     pub decisions: usize,
     /// Of one block over so many instructions.
     pub instructions: usize,
+    /// The address of a table's row over so many.
+    pub addresses: usize,
 }
 
 impl Default for Near {
@@ -122,6 +133,7 @@ impl Default for Near {
         Near {
             decisions: 0,
             instructions: usize::MAX,
+            addresses: 0,
         }
     }
 }
@@ -141,6 +153,7 @@ pub(super) struct Select<'a> {
     constants: Vec<(i32, BlockId, usize, VReg)>,
     /// Rows of tables whose address is in a register.
     rows: Vec<TableRow>,
+    row_places: Vec<KnownPlace>,
     /// Sums of the record's address and an index that are in a register.
     elements: Vec<Element>,
     func: Func,
@@ -182,6 +195,7 @@ impl<'a> Select<'a> {
             constants: Vec::new(),
             rows: Vec::new(),
             elements: Vec::new(),
+            row_places: Vec::new(),
             func: Func::new(),
             at: BlockId(0),
             origin: None,

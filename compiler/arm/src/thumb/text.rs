@@ -17,7 +17,8 @@
 
 use super::func::{Block, Func, Terminator};
 use super::minst::{
-    Access, AliasClass, MInst, Other, PReg, Reg, Register, Relocation, Role, VReg, template,
+    Access, AliasClass, MInst, Other, PReg, Reg, Register, Relocation, Role, RowPlace, VReg,
+    template,
 };
 use super::registers::{HISTORY, RECORD, SAMPLES, STATE};
 use std::fmt::{self, Display, Formatter};
@@ -124,6 +125,15 @@ impl Display for AliasClass {
     }
 }
 
+impl Display for RowPlace {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.offset {
+            0 => write!(f, "table {}", self.table),
+            offset => write!(f, "table {} + {offset}", self.table),
+        }
+    }
+}
+
 impl Display for Reg {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         match self {
@@ -214,10 +224,8 @@ impl<R: Register> Names<R> {
             );
         }
         match address {
-            Some(Relocation::Low(table)) => replace_last(&mut rest, format!("#low(table {table})")),
-            Some(Relocation::High(table)) => {
-                replace_last(&mut rest, format!("#high(table {table})"))
-            }
+            Some(Relocation::Low(row)) => replace_last(&mut rest, format!("#low({row})")),
+            Some(Relocation::High(row)) => replace_last(&mut rest, format!("#high({row})")),
             Some(Relocation::Routine(routine)) => return self.call(routine.name()),
             Some(Relocation::String(_)) => return self.call_string(),
             None => {}
@@ -360,12 +368,15 @@ mod tests {
         and.tied = Some(Role::N);
         assert_eq!(and.to_string(), "v3 = and v1, v2");
         let table = MInst {
-            address: Some(Relocation::High(2)),
+            address: Some(Relocation::High(RowPlace {
+                table: 2,
+                offset: 64,
+            })),
             ..MInst::new(Op::MOVT)
         };
         assert_eq!(
             table.both(Role::D, VReg(4), VReg(3)).to_string(),
-            "v4 = movt v3, #high(table 2)"
+            "v4 = movt v3, #high(table 2 + 64)"
         );
     }
 }

@@ -4,7 +4,7 @@
 //! compile time, and was chosen by measuring the bundled instruments.
 
 /// Candidates beyond each mode's first that the search tries at most.
-pub(super) const CANDIDATES_MAX: usize = 8;
+pub(super) const CANDIDATES_MAX: usize = 9;
 /// Modes within so many cycles of the worst are searched like the worst: addresses, which come
 /// later, may move them past it.
 pub(super) const CLOSE_CYCLES: u64 = 3;
@@ -20,6 +20,8 @@ pub(super) const REORDER_PATH_MIN: (u64, u64) = (4, 5);
 pub(super) const REORDER_WINDOW: usize = 14;
 /// Orders of a block that are measured at most.
 pub(super) const REORDER_TRIES: usize = 4000;
+/// How often the outcome is renamed and reordered once more, at most.
+pub(super) const RENAMED_AGAIN_MAX: usize = 4;
 
 /// Places before the end of a block at which a hoisted instruction is tried.
 pub(super) const HOIST_WINDOW: usize = 8;

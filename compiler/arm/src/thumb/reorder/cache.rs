@@ -116,3 +116,12 @@ pub(super) fn apply_order(code: &[MInst<PReg>], order: &[Moved]) -> Vec<MInst<PR
     };
     order.iter().map(moved).collect()
 }
+
+/// An order of what was in an order before, as one of what stood there at first.
+pub(super) fn behind(first: &[Moved], then: Ordered) -> Ordered {
+    let from = |moved: Moved| Moved {
+        from: first[moved.from].from,
+        ..moved
+    };
+    then.into_iter().map(from).collect()
+}

@@ -2,10 +2,12 @@
 //! role.
 
 use super::shift::with_shift;
-use super::{Binding, Element, Select, TableRow};
+use super::{Binding, Element, KnownPlace, Select, TableRow};
 use crate::thumb::func::Terminator;
 use crate::thumb::literal::Literal;
-use crate::thumb::minst::{Access, AliasClass, MInst, Other, Reg, Relocation, Role, VReg};
+use crate::thumb::minst::{
+    Access, AliasClass, MInst, Other, Reg, Relocation, Role, RowPlace, VReg,
+};
 use crate::thumb::registers::{RECORD, SAMPLES, STATE};
 use crate::thumb::routine::{OF_STRINGS, StringRoutine};
 use crate::thumb::state_layout::TICK;
@@ -213,6 +215,18 @@ impl Select<'_> {
         }
     }
 
+    /// What a row is besides a constant, held so that the row is one of the table.
+    fn part_of_row(&mut self, row: Value, (part, k): (Value, i64), rows: u32) -> VReg {
+        let word = self.reg(part);
+        let inside = Range::new(-k, i64::from(rows) - 1 - k);
+        let held = self.state[part].held;
+        let rows = Range::new(0, i64::from(rows) - 1);
+        if rows.contains(self.plan[row].proven) || held.is_some_and(|held| inside.contains(held)) {
+            return word;
+        }
+        self.clamp_word(word, inside, Type::I32.range())
+    }
+
     fn is_inside(&self, index: Value, len: u32) -> bool {
         let inside = Range::new(0, i64::from(len) - 1);
         let held = self.state[index].held;
@@ -312,7 +326,7 @@ impl Select<'_> {
     pub(super) fn read_table(&mut self, table: u32, column: u32, row: Value) -> VReg {
         let columns = self.kernel.tables[table as usize].columns;
         if columns == 1 {
-            let (base, row) = (self.table_address(table), self.table_row(table, row));
+            let (base, row) = self.table_row(table, row);
             let t = self.func.fresh();
             let code = MInst::new(Isa::LDR_register)
                 .reg(Role::N, base)
@@ -342,7 +356,7 @@ impl Select<'_> {
             return known.address;
         }
         let columns = self.kernel.tables[table as usize].columns;
-        let (base, word) = (self.table_address(table), self.table_row(table, row));
+        let (base, word) = self.table_row(table, row);
         let bytes = 4 * columns;
         let code = if bytes.is_power_of_two() {
             let code = MInst::new(Isa::ADD_register)
@@ -366,24 +380,49 @@ impl Select<'_> {
         address
     }
 
-    fn table_row(&mut self, table: u32, row: Value) -> VReg {
-        let rows = self.kernel.tables[table as usize].rows() as u32;
-        self.clamp_index(row, rows)
+    /// The address of a row, and how many rows behind it the wanted one is.
+    fn table_row(&mut self, table: u32, row: Value) -> (VReg, VReg) {
+        let found = &self.kernel.tables[table as usize];
+        let (rows, bytes) = (found.rows() as u32, 4 * found.columns as i32);
+        // A constant that is added is a part of the address.
+        let parts = self.plan[row].index;
+        let offset = parts.map_or(0, |(_, k)| k as i32 * bytes);
+        let address = self.table_address(RowPlace { table, offset });
+        let index = match parts {
+            Some(parts) => self.part_of_row(row, parts, rows),
+            None => self.clamp_index(row, rows),
+        };
+        (address, index)
     }
 
-    /// Where a table begins.
-    fn table_address(&mut self, table: u32) -> VReg {
+    /// Where a row of a table is.
+    fn table_address(&mut self, row: RowPlace) -> VReg {
+        let here = self.func.blocks[self.at].code.len();
+        let reach = self.remat_reach.addresses;
+        let mut known = self.row_places.iter_mut().rev();
+        if let Some(known) = known
+            .find(|known| (known.place, known.block) == (row, self.at) && here - known.used < reach)
+        {
+            known.used = here;
+            return known.address;
+        }
         let low = self.result(MInst {
-            address: Some(Relocation::Low(table)),
+            address: Some(Relocation::Low(row)),
             ..MInst::new(Isa::MOV_immediate).imm(0xffff)
         });
-        let base = self.func.fresh();
+        let address = self.func.fresh();
         let high = MInst {
-            address: Some(Relocation::High(table)),
+            address: Some(Relocation::High(row)),
             ..MInst::new(Isa::MOVT).imm(0xffff)
         };
-        self.emit(high.both(Role::D, base, low));
-        base
+        self.emit(high.both(Role::D, address, low));
+        self.row_places.push(KnownPlace {
+            place: row,
+            block: self.at,
+            used: here,
+            address,
+        });
+        address
     }
 
     /// Live values behind those of the kernel. Only keys read them, and they come later.

@@ -19,6 +19,7 @@ mod reloads;
 mod stored_cells;
 mod uses;
 
+use crate::features::Features;
 use crate::thumb::beyond_doubt;
 use crate::thumb::tick_invariant::TickInvariants;
 use whippen_ids::IdMap;
@@ -76,7 +77,12 @@ fn start(
 }
 
 /// Plans a mode; the live values that a tick adds lie where `shared` says.
-pub(in crate::thumb) fn plan_mode(kernel: &Kernel, mode: &Mode, shared: &[Range]) -> Plan {
+pub(in crate::thumb) fn plan_mode(
+    kernel: &Kernel,
+    mode: &Mode,
+    shared: &[Range],
+    features: &Features,
+) -> Plan {
     let insts: Vec<&[Inst]> = mode.blocks.iter().map(|block| &block.insts[..]).collect();
     let mut plan = start(kernel, &mode.values, &insts, shared);
     for block in &mode.blocks {
@@ -84,7 +90,7 @@ pub(in crate::thumb) fn plan_mode(kernel: &Kernel, mode: &Mode, shared: &[Range]
         uses::count_uses_of_end(&mut plan, &block.end);
         uses::count_sum_terms(&mut plan, &block.insts);
     }
-    indices::find_sums(&mut plan, kernel, &insts);
+    indices::find_sums(&mut plan, kernel, &insts, features.wide_moves);
     let stored = stored_cells::at_starts_of_blocks(mode, kernel.cells.len());
     choices::find_conditional_stores(&mut plan, mode, &stored);
     reloads::find_reloads(&mut plan, kernel, mode, &stored);

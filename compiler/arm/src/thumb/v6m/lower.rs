@@ -130,9 +130,10 @@ impl Legal<'_> {
         let (inst, op) = (&code.inst, code.inst.op());
         match op {
             Op::MOV_immediate => match code.address {
-                Some(Relocation::Low(table)) => {
-                    // There is room for every address.
-                    self.literal(Literal::Table(table)).unwrap_or(VReg(0))
+                Some(Relocation::Low(row)) => {
+                    // There is room for every address; rows are only named where there are wide
+                    // moves.
+                    self.literal(Literal::Table(row.table)).unwrap_or(VReg(0))
                 }
                 _ => self.constant(inst.imm),
             },

@@ -1,4 +1,5 @@
-//! Indices of cells that are a value and a constant: one address serves several of them.
+//! Indices of cells, and rows of tables, that are a value and a constant: one address serves several
+//! indices, and a table's address takes the constant up.
 
 use super::Plan;
 use whippen_ids::IdMap;
@@ -13,27 +14,49 @@ pub(in crate::thumb) fn parts_of_index(
         return None;
     };
     match inst.op {
-        Op::Add => Some((a, constant(b)?)).or_else(|| Some((b, constant(a)?))),
+        Op::Add => match constant(b) {
+            Some(b) => Some((a, b)),
+            None => Some((b, constant(a)?)),
+        },
+        Op::Sub => Some((a, -constant(b)?)),
         _ => None,
     }
 }
 
-/// The operand that is the index of a word of a cell.
+/// The operand that is the index of a word of a cell, or of a row of a table.
 pub(in crate::thumb) fn index_of(inst: &Inst) -> Option<Value> {
     match inst.op {
-        Op::GetAt(_) | Op::SetAt(_) => Some(inst.args[0]),
+        Op::GetAt(_) | Op::SetAt(_) | Op::Lookup(..) => Some(inst.args[0]),
         _ => None,
     }
 }
 
-/// Marks the sums that nothing but such accesses use, and that need not be held inside.
-pub(super) fn find_sums(plan: &mut Plan, kernel: &Kernel, blocks: &[&[Inst]]) {
+/// What an instruction with half of an address can add to it: its immediate is signed (ELF for the
+/// Arm architecture, 4.6.1.1).
+const ADDEND_MAX: i64 = i16::MAX as i64;
+
+/// Marks the sums that nothing but such accesses use, and that need not be held inside a cell.
+///
+/// Those of tables are marked where addresses may take constants up (`in_addresses`), if the
+/// constant alone is a row; whether they must be held inside is asked where a row is read.
+pub(super) fn find_sums(plan: &mut Plan, kernel: &Kernel, blocks: &[&[Inst]], in_addresses: bool) {
     let mut uses = IdMap::filled(0_u32, plan.len());
+    let mut constants_max = IdMap::filled(i64::MAX, plan.len());
     for inst in blocks.iter().flat_map(|insts| all_insts(insts)) {
-        if let (Some(index), Some(cell)) = (index_of(inst), inst.op.declared(kernel)) {
-            let inside = Range::new(0, cell.len as i64 - 1).contains(plan[index].proven);
-            uses[index] += u32::from(inside);
-        }
+        let Some(index) = index_of(inst) else {
+            continue;
+        };
+        let is_marked = match (inst.op, inst.op.declared(kernel)) {
+            (Op::Lookup(table, _), Some(rows)) => {
+                let bytes = 4 * i64::from(kernel.tables[table as usize].columns);
+                let most = (rows.len as i64 - 1).min(ADDEND_MAX / bytes);
+                constants_max[index] = constants_max[index].min(most);
+                in_addresses
+            }
+            (_, Some(cell)) => Range::new(0, cell.len as i64 - 1).contains(plan[index].proven),
+            (_, None) => false,
+        };
+        uses[index] += u32::from(is_marked);
     }
     // In a loop addresses change from round to round, and uses count more than once.
     for inst in blocks.iter().flat_map(|insts| insts.iter()) {
@@ -43,7 +66,9 @@ pub(super) fn find_sums(plan: &mut Plan, kernel: &Kernel, blocks: &[&[Inst]]) {
         let range = |value: Value| plan[value].proven;
         let constant = |value| (range(value).low == range(value).high).then(|| range(value).low);
         if uses[result] > 0 && uses[result] == plan[result].uses {
-            plan[result].index = parts_of_index(inst, constant);
+            let most = constants_max[result];
+            plan[result].index = parts_of_index(inst, constant)
+                .filter(|(_, k)| most == i64::MAX || (0..=most).contains(k));
         }
     }
 }
