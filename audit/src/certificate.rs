@@ -64,6 +64,8 @@ pub struct Certificate {
     pub buses: Vec<Bus>,
     /// Code and constants, by first address, with what stands for their bytes.
     pub sections: Vec<(u32, u64)>,
+    /// What stands for the text of the Kernels.
+    pub kernels: u64,
     /// Where vectors lead that nobody uses.
     pub dead: u32,
     /// Indirect branches, and where they may go.

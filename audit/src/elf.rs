@@ -1,7 +1,10 @@
-//! Reading an ELF file: sections that are loaded, their bytes, and the certificate.
+//! Reading an ELF file: sections that are loaded, their bytes, certificate and Kernels.
 
 /// The section that holds the certificate.
 pub const CERTIFICATE: &str = ".whippen.certificate";
+
+/// The section that holds the text of the Kernels.
+pub const KERNELS: &str = ".whippen.kernels";
 
 /// A section that is loaded.
 #[derive(Debug, Clone)]
@@ -26,6 +29,8 @@ pub struct Elf {
     pub sections: Vec<Section>,
     /// The certificate's text.
     pub certificate: Option<String>,
+    /// The text of its Kernels.
+    pub kernels: Option<String>,
 }
 
 impl Section {
@@ -77,11 +82,17 @@ impl Elf {
                 8 => Vec::new(),
                 _ => file.get(from..from.checked_add(size as usize)?)?.to_vec(),
             };
-            if name == CERTIFICATE {
+            if [CERTIFICATE, KERNELS].contains(&name.as_str()) {
                 let Ok(text) = String::from_utf8(bytes) else {
-                    return Some(Err("has a certificate that is no text".into()));
+                    return Some(Err(format!("has a section `{name}` that is no text")));
                 };
-                elf.certificate = Some(text);
+                let kept = match name == CERTIFICATE {
+                    true => &mut elf.certificate,
+                    false => &mut elf.kernels,
+                };
+                if kept.replace(text).is_some() {
+                    return Some(Err(format!("has two sections `{name}`")));
+                }
             } else if flags & 2 != 0 {
                 let (code, writable) = (flags & 4 != 0, flags & 1 != 0);
                 elf.sections.push(Section {

@@ -6,11 +6,11 @@ use whippen_isa::timing::Evidence;
 
 use crate::certificate::{Certificate, Frame, Function, Kind};
 use crate::frame::Checked;
+use crate::ranges::Ranges;
 
 /// What no certificate says and this checker does not look at.
-pub const NOT_CHECKED: [&str; 4] = [
-    "ranges: that values of the Kernel stay inside of their formats is not checked here",
-    "that the code computes what the Kernel says",
+pub const NOT_CHECKED: [&str; 3] = [
+    "that the code computes what the Kernels say",
     "the start: what runs before the first tick",
     "the ways that data take: that no other code writes where the frame's pointers lead",
 ];
@@ -39,9 +39,16 @@ const ALWAYS: [&str; 14] = [
 ];
 
 /// Assumptions that are of this image, one by one.
-pub fn assumptions(certificate: &Certificate) -> Vec<String> {
+pub fn assumptions(certificate: &Certificate, ranges: &[Ranges]) -> Vec<String> {
     let mut all: Vec<String> = ALWAYS.iter().map(|text| text.to_string()).collect();
     of_board(&mut all, certificate);
+    for own in ranges {
+        let name = &own.kernel;
+        let promised = own.promises.iter();
+        all.extend(promised.map(|text| {
+            format!("the Kernel `{name}`: `{text}` holds, by an argument beyond intervals")
+        }));
+    }
     for (at, targets) in &certificate.targets {
         let to: Vec<String> = targets
             .iter()
@@ -163,7 +170,7 @@ fn of_function(all: &mut Vec<String>, name: &str, function: &Function, frame: &F
 }
 
 /// The text.
-pub fn explain(certificate: &Certificate, checked: &[Checked]) -> String {
+pub fn explain(certificate: &Certificate, checked: &[Checked], ranges: &[Ranges]) -> String {
     let mut text = String::from("\nproven:\n");
     for frame in checked {
         let sure = match frame.class {
@@ -189,11 +196,19 @@ pub fn explain(certificate: &Certificate, checked: &[Checked]) -> String {
     text += "  every instruction that is reached decodes and lies in code of its core, fetched in a \
              cycle;\n  every cycle of the code is in a loop with a bound; every return goes back \
              to its caller;\n  no vector leads elsewhere than to the handler or to the end\n";
+    for own in ranges {
+        let _ = writeln!(
+            text,
+            "  no value of the Kernel `{}` leaves its interval: {} values follow from those that \
+             they are made of, {} stores have room for what is stored",
+            own.kernel, own.values, own.stores
+        );
+    }
     text += "\nnot checked:\n";
     for what in NOT_CHECKED {
         let _ = writeln!(text, "  {what}");
     }
-    let all = assumptions(certificate);
+    let all = assumptions(certificate, ranges);
     let _ = writeln!(text, "\nassumed ({}):", all.len());
     for what in all {
         let _ = writeln!(text, "  {what}");

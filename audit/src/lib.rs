@@ -4,6 +4,7 @@
 //!   ELF file --elf--> sections, certificate's text --certificate--> claims
 //!      frame   what a frame is summed from: functions, exception, visits
 //!      piece   potentials: each state of the certificate against everything that may follow it
+//!      ranges  intervals of the Kernels' values, from their text
 //!      step    one instruction: outcomes, cycles by isa::timing, facts, stack, waiting for memory
 //! ```
 //!
@@ -21,6 +22,7 @@ mod memory;
 mod overlap;
 mod piece;
 mod place;
+mod ranges;
 mod step;
 
 use std::fmt::{self, Display};
@@ -28,7 +30,7 @@ use std::fmt::{self, Display};
 use whippen_isa::timing::Core;
 
 pub use certificate::{Bus, Call, Certificate, Frame, Function, Kind, Memory, Piece, Point};
-pub use elf::{CERTIFICATE, Elf, Section};
+pub use elf::{CERTIFICATE, Elf, KERNELS, Section};
 pub use explain::{NOT_CHECKED, assumptions, explain};
 pub use facts::{ALL, Facts, Interval, NONE, PLACES};
 pub use frame::{Checked, Sums, cost, costs, sums};
@@ -36,6 +38,7 @@ pub use memory::{Around, Banks, hands_stack, owner};
 pub use overlap::Last;
 pub use piece::{Arrival, ends, node_of, walk};
 pub use place::{Place, Tag};
+pub use ranges::{Ranges, check_ranges};
 pub use step::{Cost, Node, Seen, State, Stepper, Steps, To};
 
 /// Why a certificate is refused.
@@ -106,7 +109,13 @@ fn hash(bytes: &[u8]) -> u64 {
     })
 }
 
-/// Checks everything that a certificate claims of an image.
+/// A number that stands for the text of Kernels.
+pub fn number_of(kernels: &str) -> u64 {
+    hash(kernels.as_bytes())
+}
+
+/// Checks everything that a certificate claims of the bytes of an image, and that its Kernels are
+/// those of the certificate; their ranges are [`check_ranges`]'s.
 ///
 /// # Errors
 /// The first claim that does not hold.
@@ -119,6 +128,10 @@ pub fn audit(elf: &Elf, certificate: &Certificate) -> Result<Vec<Checked>, Refus
     }
     if elf.constants() != certificate.sections {
         let why = "code or constants are not those that the certificate is of";
+        return Err(Refusal::new(why.into()));
+    }
+    if number_of(elf.kernels.as_deref().unwrap_or_default()) != certificate.kernels {
+        let why = "the Kernels are not those that the certificate is of";
         return Err(Refusal::new(why.into()));
     }
     certificate

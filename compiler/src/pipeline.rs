@@ -321,7 +321,8 @@ pub fn prove(
     Ok(Proof { bytes, programs })
 }
 
-/// The certificate of an image that is proven, whose ELF file is given.
+/// The certificate of an image that is proven, whose ELF file is given, with the text of its
+/// Kernels.
 ///
 /// # Errors
 /// It has none.
@@ -329,10 +330,12 @@ pub fn certify(
     image: &FirmwareImage,
     board: &Board,
     rate_hz: Rate,
+    kernels: &str,
     file: &[u8],
 ) -> Result<Certificate, NotCertified> {
     let deadline = board.deadline_cycles(rate_hz.cycles_min(board.clock_hz));
-    certificate(image, &Bytes::of(&image.image), board, deadline, file)
+    let program = Bytes::of(&image.image);
+    certificate(image, &program, board, deadline, kernels, file)
 }
 
 /// The map of an image on its board.

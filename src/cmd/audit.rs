@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::ValueHint;
 use serde_json::{Value, json};
-use whippen_compiler::audit::{Certificate, Checked, Elf, audit, explain};
+use whippen_compiler::audit::{
+    Certificate, Checked, Elf, Ranges, assumptions, audit, check_ranges, explain,
+};
 
 use crate::exit::{Failure, Outcome};
 use crate::say::{say, tell};
@@ -49,13 +51,16 @@ pub fn run(args: &Args) -> Outcome {
     let certificate =
         Certificate::read(text).map_err(|why| refused(&format!("the certificate: {why}")))?;
     let checked = audit(&elf, &certificate).map_err(|why| refused(&why))?;
+    let kernels = elf.kernels.as_deref().unwrap_or_default();
+    let ranges = check_ranges(kernels).map_err(|why| refused(&why))?;
     if args.json {
         let frames: Vec<Value> = checked.iter().map(frame_json).collect();
         let told = json!({
             "file": path.to_string(),
             "deadline_cycles": certificate.deadline,
             "frames": frames,
-            "assumptions": whippen_compiler::audit::assumptions(&certificate),
+            "kernels": ranges.iter().map(ranges_json).collect::<Vec<_>>(),
+            "assumptions": assumptions(&certificate, &ranges),
         });
         say!("{told}");
         return Ok(());
@@ -71,11 +76,29 @@ pub fn run(args: &Args) -> Outcome {
             frame.stack
         );
     }
+    for own in &ranges {
+        say!(
+            "Kernel `{}`: {} values in their intervals, {} stores with room, {} promises beyond intervals",
+            own.kernel,
+            own.values,
+            own.stores,
+            own.promises.len()
+        );
+    }
     match args.explain {
-        true => say!("{}", explain(&certificate, &checked)),
+        true => say!("{}", explain(&certificate, &checked, &ranges)),
         false => say!("checked; --explain says under which assumptions"),
     }
     Ok(())
+}
+
+fn ranges_json(own: &Ranges) -> Value {
+    json!({
+        "kernel": own.kernel,
+        "values": own.values,
+        "stores": own.stores,
+        "promises": own.promises,
+    })
 }
 
 fn frame_json(frame: &Checked) -> Value {

@@ -4,17 +4,18 @@
 //! `WHIPPEN_MUTANTS=all` tries every change of a certificate, not one of six.
 
 use whippen_compiler::Rng;
-use whippen_compiler::audit::{Certificate, Elf, Refusal, audit};
+use whippen_compiler::audit::{Certificate, Elf, Refusal, audit, check_ranges};
 use whippen_compiler::image::{SectionKind, executable, executable_certified};
 use whippen_compiler::pipeline;
 use whippen_emulator::BoardKind;
 
 use crate::image::{Image, instruments};
 
-fn certified(image: &Image) -> Result<Certificate, String> {
+fn certified(image: &Image, kernels: &str) -> Result<Certificate, String> {
     let file = executable(&image.whole.image, &[], None);
     let rate_hz = image.compiled.model.rate_hz;
-    pipeline::certify(&image.whole, &image.board, rate_hz, &file).map_err(|why| why.to_string())
+    pipeline::certify(&image.whole, &image.board, rate_hz, kernels, &file)
+        .map_err(|why| why.to_string())
 }
 
 fn spring() -> Image {
@@ -37,10 +38,16 @@ fn judged(elf: &Elf, text: &str) -> Result<(), String> {
 fn every_instrument_is_audited() {
     for compiled in instruments() {
         let image = Image::on(BoardKind::Rp2350, compiled, 8);
-        let certificate = certified(&image).unwrap_or_else(|why| panic!("{}: {why}", image.name()));
-        let file = executable_certified(&image.whole.image, &[], &certificate.to_string());
+        let kernel = image.modes.kernel.to_string();
+        let certificate =
+            certified(&image, &kernel).unwrap_or_else(|why| panic!("{}: {why}", image.name()));
+        let text = certificate.to_string();
+        let file = executable_certified(&image.whole.image, &[], &text, &kernel);
         let elf = Elf::read(&file).expect("it is an ELF file");
         let text = elf.certificate.as_deref().expect("it has a certificate");
+        let kernels = elf.kernels.as_deref().expect("it has its Kernel");
+        let ranges = check_ranges(kernels).unwrap_or_else(|why| panic!("{}: {why}", image.name()));
+        assert!(ranges.len() == 1 && ranges[0].values > 20 && ranges[0].stores > 3);
         let read = Certificate::read(text).expect("it can be read");
         assert_eq!(read, certificate, "{}", image.name());
         let checked = audit(&elf, &read).unwrap_or_else(|why| panic!("{}: {why}", image.name()));
@@ -148,7 +155,7 @@ fn mutants(line: &str) -> Vec<(usize, Vec<String>)> {
 #[test]
 fn a_certificate_that_lies_is_refused() {
     let image = spring();
-    let text = certified(&image).expect("it has one").to_string();
+    let text = certified(&image, "").expect("it has one").to_string();
     let elf = Elf::read(&executable(&image.whole.image, &[], None)).expect("it is an ELF file");
     assert_eq!(judged(&elf, &text), Ok(()));
     let lines: Vec<&str> = text.lines().collect();
@@ -200,7 +207,7 @@ fn flip(image: &mut Image, at: u32, bits: u8) {
 #[test]
 fn an_image_with_another_bit_is_refused() {
     let mut image = spring();
-    let text = certified(&image).expect("it has one").to_string();
+    let text = certified(&image, "").expect("it has one").to_string();
     let mut random = Rng::new(1);
     let code = image
         .whole
@@ -227,4 +234,88 @@ fn an_image_with_another_bit_is_refused() {
         noticed > 4,
         "the rest is code that no tick reaches, or registers that decide nothing"
     );
+}
+
+/// Every line of a Kernel with an end of a value's interval one up or one down.
+fn with_another_interval(line: &str) -> Vec<String> {
+    let definitions = line.split(" = ").next().unwrap_or_default();
+    let is_definition = line.trim_start().starts_with('v') && line.contains(" = ");
+    let Some((head, ends)) = definitions.split_once('[').filter(|_| is_definition) else {
+        return Vec::new();
+    };
+    let Some((low, high)) = ends
+        .strip_suffix(']')
+        .and_then(|ends| ends.split_once(".."))
+    else {
+        return Vec::new(); // several results
+    };
+    let [low, high]: [i64; 2] = [low, high].map(|end| end.parse().expect("a number"));
+    let moved = [(-1, 0), (1, 0), (0, -1), (0, 1)];
+    let tail = &line[definitions.len()..];
+    let other = |(a, b): (i64, i64)| format!("{head}[{}..{}]{tail}", low + a, high + b);
+    moved.into_iter().map(other).collect()
+}
+
+#[test]
+fn an_interval_that_is_too_small_or_too_large_is_refused() {
+    let mut tried = 0;
+    for compiled in instruments() {
+        let text = compiled.lowered.kernel.to_string();
+        assert_eq!(check_ranges(&text).map(|all| all.len()), Ok(1));
+        let lines: Vec<&str> = text.lines().collect();
+        let every = 1 + lines.len() / 100;
+        for (at, line) in lines.iter().enumerate().step_by(every) {
+            for other in with_another_interval(line) {
+                let mut lines = lines.clone();
+                lines[at] = &other;
+                tried += 1;
+                assert!(check_ranges(&lines.join("\n")).is_err(), "{other}");
+            }
+        }
+    }
+    println!("{tried} other intervals");
+    assert!(tried > 1000);
+}
+
+#[test]
+fn what_a_kernel_stores_must_have_room() {
+    let kernel = |tick: &str| {
+        format!(
+            "kernel k @44100 {{\n  in x: u16 [0..65535]\n  out f: i16 [-9..9]\n  \
+             cell a: i32 [0..9] = 3\n  line h: 4 [0..65535]\n  tick {{\n{tick}  }}\n}}\n"
+        )
+    };
+    let why = |tick: &str| match check_ranges(&kernel(tick)) {
+        Ok(_) => String::new(),
+        Err(why) => why.to_string(),
+    };
+    let read = "v0: i32 [0..65535] = in x\n";
+    assert_eq!(why(&format!("{read}push h v0\n")), "");
+    for (tick, says) in [
+        (
+            format!("{read}set a v0\n"),
+            "the ranges of `k`: `set a v0`: [0..65535] is stored where [0..9] is held",
+        ),
+        (
+            "v0: i32 [0..65535] = delay h 5\n".to_string(),
+            "the ranges of `k`: `v0: i32 [0..65535] = delay h 5`: the line holds 4 words",
+        ),
+        (
+            "set a v1\n".to_string(),
+            "the ranges of `k`: `set a v1`: v1 is not defined on the way here",
+        ),
+        (
+            format!(
+                "{read}v1: i32 [0..131070] = add v0 v0\nv2: i32 [0..131070] = shl_wrap v0 20\n"
+            ),
+            "the ranges of `k`: `v2: i32 [0..131070] = shl_wrap v0 20`: [0..131070] is declared, \
+             [-2147483648..2147483647] is computed",
+        ),
+        (
+            format!("{read}set b v0\n"),
+            "the ranges of `k`: `set b v0`: names what is not declared",
+        ),
+    ] {
+        assert_eq!(why(&tick), says);
+    }
 }

@@ -11,6 +11,7 @@ impl Display for Certificate {
         let fetches = u8::from(self.fetches);
         writeln!(f, "deadline {}\nfetches {fetches}", self.deadline)?;
         writeln!(f, "cores {}\ndead {:#x}", self.cores, self.dead)?;
+        writeln!(f, "kernels {:#x}", self.kernels)?;
         for own in &self.memories {
             let Memory {
                 base,

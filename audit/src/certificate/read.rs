@@ -80,6 +80,7 @@ impl Certificate {
             "fetches" => self.fetches = words.flag()?,
             "cores" => self.cores = words.number()?,
             "dead" => self.dead = words.number()?,
+            "kernels" => self.kernels = words.number()?,
             "memory" => self.memories.push(Memory {
                 base: words.number()?,
                 size: words.number()?,

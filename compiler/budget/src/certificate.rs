@@ -65,7 +65,8 @@ impl From<Refusal> for NotCertified {
     }
 }
 
-/// The certificate of an image, whose ELF file is given, with the cycles that a frame may take.
+/// The certificate of an image, whose ELF file is given, with the text of its Kernels and the cycles
+/// that a frame may take.
 ///
 /// # Errors
 /// It has none.
@@ -74,6 +75,7 @@ pub fn certificate(
     program: &Program,
     board: &Board,
     deadline: u64,
+    kernels: &str,
     file: &[u8],
 ) -> Result<Certificate, NotCertified> {
     let split = |core: &CoreCode| core.is_split() || core.cut.is_some();
@@ -84,9 +86,11 @@ pub fn certificate(
     if board.dma_traffic().is_some() {
         return Err(NotCertified::Beyond("boards with a DMA"));
     }
-    let elf = Elf::read(file).map_err(Refusal::new)?;
+    let mut elf = Elf::read(file).map_err(Refusal::new)?;
+    elf.kernels = Some(kernels.to_string());
     let mut certificate = of_board(board, deadline, image.keys_of_cores.len() as u32);
     certificate.sections = elf.constants();
+    certificate.kernels = audit::number_of(kernels);
     certificate.dead = find(program, DEAD)?;
     certificate.targets = program.annotations.targets.clone().into_iter().collect();
     for id in image.cores() {
@@ -124,6 +128,7 @@ pub fn certificate(
     }
     // What its own checker does not follow is no certificate.
     audit::audit(&elf, &certificate)?;
+    audit::check_ranges(kernels)?;
     Ok(certificate)
 }
 

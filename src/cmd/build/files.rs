@@ -227,7 +227,7 @@ impl Files<'_> {
             None => executable(&image, &variables, unproven.as_deref()),
         };
         let file = match (family, &unproven) {
-            (None, None) => self.certified(&built, &variables, file),
+            (None, None) => self.certified(instruments, &built, &variables, file),
             _ => file,
         };
         Ok(MadeImage {
@@ -240,11 +240,20 @@ impl Files<'_> {
     }
 
     /// The same file with its certificate, where it has one.
-    fn certified(&self, built: &FirmwareImage, variables: &[Variables], file: Vec<u8>) -> Vec<u8> {
+    fn certified(
+        &self,
+        instruments: &[ImageInstrument],
+        built: &FirmwareImage,
+        variables: &[Variables],
+        file: Vec<u8>,
+    ) -> Vec<u8> {
         let rate_hz = self.setup.first().model.rate_hz;
-        match pipeline::certify(built, &self.setup.board, rate_hz, &file) {
+        let kernels = instruments.iter().map(|own| own.modes.kernel.to_string());
+        let kernels = kernels.collect::<String>();
+        match pipeline::certify(built, &self.setup.board, rate_hz, &kernels, &file) {
             Ok(certificate) => {
-                executable_certified(&built.image, variables, &certificate.to_string())
+                let certificate = certificate.to_string();
+                executable_certified(&built.image, variables, &certificate, &kernels)
             }
             Err(why) => {
                 say!("it has no certificate for `whippen audit`: {why}");

@@ -29,6 +29,8 @@ const R_ARM_ABS32: u32 = 2;
 const UNPROVEN_SECTION: &str = ".note.whippen";
 /// The section of the certificate (`whippen-audit` reads it).
 const CERTIFICATE_SECTION: &str = ".whippen.certificate";
+/// The section with the text of the Kernels that it is of.
+const KERNELS_SECTION: &str = ".whippen.kernels";
 /// Who writes the note.
 const NOTE_OWNER: &str = "Whippen";
 /// A note of this kind says what is not proven.
@@ -40,16 +42,22 @@ pub fn executable(image: &Image, variables: &[Variables], unproven: Option<&str>
     with_certificate(image, variables, unproven, None)
 }
 
-/// The same with a certificate, as text, in a section that is not loaded.
-pub fn executable_certified(image: &Image, variables: &[Variables], certificate: &str) -> Vec<u8> {
-    with_certificate(image, variables, None, Some(certificate))
+/// The same with a certificate and the Kernels that it is of, as texts in sections that are not
+/// loaded.
+pub fn executable_certified(
+    image: &Image,
+    variables: &[Variables],
+    certificate: &str,
+    kernels: &str,
+) -> Vec<u8> {
+    with_certificate(image, variables, None, Some([certificate, kernels]))
 }
 
 fn with_certificate(
     image: &Image,
     variables: &[Variables],
     unproven: Option<&str>,
-    certificate: Option<&str>,
+    certificate: Option<[&str; 2]>,
 ) -> Vec<u8> {
     let mut file = File::new(Some(image.entry | 1));
     for Linked {
@@ -96,8 +104,9 @@ fn with_certificate(
         let note = Part::note(UNPROVEN_SECTION, NOTE_OWNER, NOTE_UNPROVEN, why);
         file.add(note);
     }
-    if let Some(text) = certificate {
+    if let Some([text, kernels]) = certificate {
         file.add(Part::debug(CERTIFICATE_SECTION, text.into()));
+        file.add(Part::debug(KERNELS_SECTION, kernels.into()));
     }
     let mut symbols = Symbols::new(file.parts());
     symbols.add(image_symbols(image));

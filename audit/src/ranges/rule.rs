@@ -1,0 +1,223 @@
+//! The interval of what each operator computes, from the intervals of its operands. Written from
+//! what the operators mean (`docs/numbers.md`, `compiler/kernel/src/op.rs`), not from the
+//! compiler's own intervals.
+
+use std::fmt::{self, Display};
+
+use super::read::Declared;
+
+/// Integers from one to another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Interval {
+    low: i128,
+    high: i128,
+}
+
+impl Interval {
+    pub fn new(low: i128, high: i128) -> Self {
+        Self { low, high }
+    }
+
+    pub fn is_empty(self) -> bool {
+        self.low > self.high
+    }
+
+    pub fn holds(self, value: i128) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+
+    pub fn contains(self, other: Self) -> bool {
+        self.low <= other.low && other.high <= self.high
+    }
+
+    pub fn union(self, other: Self) -> Self {
+        let (low, high) = (self.low.min(other.low), self.high.max(other.high));
+        Self { low, high }
+    }
+
+    fn ends(self) -> [i128; 2] {
+        [self.low, self.high]
+    }
+
+    fn over(values: impl IntoIterator<Item = i128>) -> Option<Self> {
+        let one = |value| Self::new(value, value);
+        values.into_iter().map(one).reduce(Self::union)
+    }
+}
+
+impl Display for Interval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[{}..{}]", self.low, self.high)
+    }
+}
+
+const WORD: Interval = Interval {
+    low: i32::MIN as i128,
+    high: i32::MAX as i128,
+};
+
+/// What a quotient for searches is held to.
+const QUOTIENT: i128 = 1 << 29;
+
+/// All that a type holds.
+pub(super) fn of_type(name: &str) -> Option<Interval> {
+    Some(match name {
+        "i1" => Interval::new(0, 1),
+        "i16" => Interval::new(i16::MIN.into(), i16::MAX.into()),
+        "u16" => Interval::new(0, u16::MAX.into()),
+        "i32" => WORD,
+        "i64" => Interval::new(i64::MIN.into(), i64::MAX.into()),
+        _ => return None,
+    })
+}
+
+/// The operand that is stored in what the operator names, of one that stores.
+pub(super) fn stored(op: &str) -> Option<usize> {
+    match op {
+        "out" | "set" | "push" | "fill" => Some(0),
+        "set_at" => Some(1),
+        _ => None,
+    }
+}
+
+/// How many declared names an operator has.
+pub(super) fn names(op: &str) -> usize {
+    match op {
+        "wave" => 2,
+        "in" | "out" | "live" | "keyed" | "get" | "set" | "get_at" | "set_at" | "delay"
+        | "delay_at" | "push" | "fill" | "lookup" | "emit" | "probe" => 1,
+        _ => 0,
+    }
+}
+
+/// The interval of the result; none where there is none.
+///
+/// # Errors
+/// It is no operator, or not with these operands.
+pub(super) fn interval(
+    op: &str,
+    args: &[Interval],
+    named: &[&Declared],
+    numbers: &[i128],
+) -> Result<Option<Interval>, String> {
+    let number = numbers.first().copied();
+    let own = named.first();
+    Ok(Some(match (op, args) {
+        ("const", []) => return Ok(number.map(|k| Interval::new(k, k))),
+        ("in" | "live" | "keyed" | "get" | "delay", []) | ("get_at" | "delay_at", [_]) => {
+            own.ok_or("reads nothing")?.range
+        }
+        ("out" | "set" | "push" | "fill" | "probe", [_])
+        | ("set_at", [_, _])
+        | ("emit" | "wave", _) => return Ok(None),
+        ("tick", []) => WORD,
+        ("lookup", [row]) => {
+            let column = number.ok_or("has no column")?;
+            entries(own.ok_or("reads nothing")?, *row, column).ok_or("reads no entry")?
+        }
+        ("assume", [a]) => {
+            let [low, high] = numbers else {
+                return Err("promises nothing".into());
+            };
+            Interval::new(a.low.max(*low), a.high.min(*high))
+        }
+        ("eq", [a, b]) if a.high < b.low || b.high < a.low => Interval::new(0, 0),
+        ("eq", [a, b]) if a.low == a.high && a == b => Interval::new(1, 1),
+        ("eq", [_, _]) => Interval::new(0, 1),
+        ("div_round", [a, b]) => divided(*a, *b, number.ok_or("has no shift")?),
+        ("quot", [a, b]) => quotient(*a, *b, number.ok_or("has no shift")?),
+        ("low" | "add_wrap" | "sub_wrap" | "mul_wrap" | "shl_wrap", _) => {
+            let exact = corners(op, args, number.unwrap_or(0))?;
+            if WORD.contains(exact) { exact } else { WORD }
+        }
+        _ => corners(op, args, number.unwrap_or(0))?,
+    }))
+}
+
+/// What it computes of numbers; it rises or falls with each operand while the others stay, so that
+/// its ends are at the ends of theirs.
+fn exact(op: &str, n: i128, args: &[i128]) -> Option<i128> {
+    let top = |product: i128| (product + (1 << 31)) >> 32;
+    Some(match (op, args) {
+        ("add" | "add_wrap", [a, b]) => a + b,
+        ("sub" | "sub_wrap", [a, b]) => a - b,
+        ("mul" | "mul_wide" | "mul_wrap", [a, b]) => a * b,
+        ("mac_wide", [a, b, c]) => a + b * c,
+        ("mul_top", [a, b]) => top(a * b),
+        ("mac_top", [a, b, c]) => a + top(b * c),
+        ("min", [a, b]) => *a.min(b),
+        ("max", [a, b]) => *a.max(b),
+        ("shl" | "shl_wrap", [a]) if (0..64).contains(&n) => a << n,
+        ("sar", [a]) if (0..64).contains(&n) => a >> n,
+        ("sar_round", [a]) if (0..64).contains(&n) => (a + (1 << n >> 1)) >> n,
+        ("sqrt", [a]) => (*a).max(0).isqrt(),
+        ("widen" | "narrow" | "low", [a]) => *a,
+        ("add_sat", [a, b]) => (a + b).clamp(WORD.low, WORD.high),
+        ("sub_sat", [a, b]) => (a - b).clamp(WORD.low, WORD.high),
+        ("lt", [a, b]) => (a < b).into(),
+        ("le", [a, b]) => (a <= b).into(),
+        ("and", [a, b]) => a & b,
+        ("or", [a, b]) => a | b,
+        ("not", [a]) => 1 - a,
+        ("select", [0, _, c]) => *c,
+        ("select", [_, b, _]) => *b,
+        _ => return None,
+    })
+}
+
+fn corners(op: &str, args: &[Interval], n: i128) -> Result<Interval, String> {
+    let all = (0..1_usize << args.len()).map(|corner| {
+        let end = |(at, arg): (usize, &Interval)| arg.ends()[corner >> at & 1];
+        let args: Vec<i128> = args.iter().enumerate().map(end).collect();
+        exact(op, n, &args)
+    });
+    let all: Option<Vec<i128>> = all.collect();
+    all.and_then(Interval::over)
+        .ok_or_else(|| format!("`{op}` is no operator of these operands"))
+}
+
+/// `floor(a 2^n / b + 1/2)`, 0 where `b` is 0: for a divisor of one sign it rises or falls with
+/// each operand.
+fn divided(a: Interval, b: Interval, n: i128) -> Interval {
+    let below = Interval::new(b.low, b.high.min(-1));
+    let above = Interval::new(b.low.max(1), b.high);
+    let mut all = Vec::new();
+    if b.holds(0) {
+        all.push(0);
+    }
+    for sign in [below, above].into_iter().filter(|sign| !sign.is_empty()) {
+        for (x, y) in a
+            .ends()
+            .into_iter()
+            .flat_map(|x| sign.ends().map(|y| (x, y)))
+        {
+            let (twice, divisor) = (2 * (x << n) * y.signum() + y.abs(), 2 * y.abs());
+            all.push(twice.div_euclid(divisor));
+        }
+    }
+    Interval::over(all).unwrap_or(Interval::new(0, 0))
+}
+
+/// About `a 2^n / b`, 0 where `b` is not positive. Its divisor has the 16 highest bits of `b`, so it
+/// is at most by 1 in 2^15 too small, and the quotient as much too large; shifts round downwards.
+fn quotient(a: Interval, b: Interval, n: i128) -> Interval {
+    let least = b.low.max(1);
+    if b.high < least {
+        return Interval::new(0, 0);
+    }
+    let most = |x: i128| ((x.abs() << n) << 15) / (least * ((1 << 15) - 1));
+    let high = if a.high > 0 { most(a.high) } else { 0 };
+    let low = if a.low < 0 { -most(a.low) - 1 } else { 0 };
+    Interval::new(low.max(-QUOTIENT), high.min(QUOTIENT - 1))
+}
+
+/// The entries of a column in these rows; a row beyond the table is the nearest one of it.
+fn entries(table: &Declared, rows: Interval, column: i128) -> Option<Interval> {
+    let columns = table.columns.max(1);
+    let column = usize::try_from(column).ok().filter(|at| *at < columns)?;
+    let count = table.starts.len() / columns;
+    let last = count.checked_sub(1)? as i128;
+    let row = |row: i128| row.clamp(0, last) as usize;
+    let read = row(rows.low)..=row(rows.high);
+    Interval::over(read.map(|row| table.starts[row * columns + column]))
+}
