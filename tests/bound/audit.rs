@@ -243,16 +243,13 @@ fn with_another_interval(line: &str) -> Vec<String> {
     let Some((head, ends)) = definitions.split_once('[').filter(|_| is_definition) else {
         return Vec::new();
     };
-    let Some((low, high)) = ends
-        .strip_suffix(']')
-        .and_then(|ends| ends.split_once(".."))
-    else {
-        return Vec::new(); // several results
-    };
+    // Of several results that of the first.
+    let (ends, more) = ends.split_once(']').expect("an interval ends");
+    let (low, high) = ends.split_once("..").expect("it has two ends");
     let [low, high]: [i64; 2] = [low, high].map(|end| end.parse().expect("a number"));
     let moved = [(-1, 0), (1, 0), (0, -1), (0, 1)];
     let tail = &line[definitions.len()..];
-    let other = |(a, b): (i64, i64)| format!("{head}[{}..{}]{tail}", low + a, high + b);
+    let other = |(a, b): (i64, i64)| format!("{head}[{}..{}]{more}{tail}", low + a, high + b);
     moved.into_iter().map(other).collect()
 }
 

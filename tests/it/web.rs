@@ -108,5 +108,5 @@ fn what_cannot_be_a_module_is_refused() {
     let two = ["build", &split, "split", "-o", "x.wasm"];
     shell.refuses(2, &two, &["a .wasm has one instrument"]);
     let map = ["build", &grand, "-o", "x.wasm", "--map", "x.map"];
-    shell.refuses(2, &map, &["C and WebAssembly have none"]);
+    shell.refuses(2, &map, &["C, WebAssembly and FMUs have none"]);
 }
