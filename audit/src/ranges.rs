@@ -42,7 +42,7 @@ pub fn check_ranges(text: &str) -> Result<Vec<Ranges>, Refusal> {
 
 fn check_kernel(kernel: &read::Kernel) -> Result<Ranges, Refusal> {
     let of = |why| Refusal::new(format!("the ranges of `{}`: {why}", kernel.name));
-    let mut check = Check {
+    let mut check = KernelCheck {
         kernel,
         known: HashMap::new(),
         found: Ranges {
@@ -58,14 +58,14 @@ fn check_kernel(kernel: &read::Kernel) -> Result<Ranges, Refusal> {
     Ok(check.found)
 }
 
-struct Check<'k> {
+struct KernelCheck<'k> {
     kernel: &'k read::Kernel,
     /// The values that are defined on every way to here.
     known: HashMap<u32, Interval>,
     found: Ranges,
 }
 
-impl Check<'_> {
+impl KernelCheck<'_> {
     /// What things hold at first lies in their intervals.
     fn declared(&self) -> Result<(), String> {
         for own in &self.kernel.declared {

@@ -65,7 +65,16 @@ pub fn run(args: &Args) -> Outcome {
         say!("{told}");
         return Ok(());
     }
-    for frame in &checked {
+    tell_all(&certificate, &checked, &ranges);
+    match args.explain {
+        true => say!("{}", explain(&certificate, &checked, &ranges)),
+        false => say!("checked; --explain says under which assumptions"),
+    }
+    Ok(())
+}
+
+fn tell_all(certificate: &Certificate, checked: &[Checked], ranges: &[Ranges]) {
+    for frame in checked {
         say!(
             "core {} while program {} plays: {} cycles of {} at most, {} a key; {} bytes of stack",
             frame.core,
@@ -76,20 +85,16 @@ pub fn run(args: &Args) -> Outcome {
             frame.stack
         );
     }
-    for own in &ranges {
+    for own in ranges {
         say!(
-            "Kernel `{}`: {} values in their intervals, {} stores with room, {} promises beyond intervals",
+            "Kernel `{}`: {} values in their intervals, {} stores with room, {} promises beyond \
+             intervals",
             own.kernel,
             own.values,
             own.stores,
             own.promises.len()
         );
     }
-    match args.explain {
-        true => say!("{}", explain(&certificate, &checked, &ranges)),
-        false => say!("checked; --explain says under which assumptions"),
-    }
-    Ok(())
 }
 
 fn ranges_json(own: &Ranges) -> Value {

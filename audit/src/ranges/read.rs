@@ -66,7 +66,7 @@ pub(super) fn kernels(text: &str) -> Result<Vec<Kernel>, String> {
     let mut lines = Lines(lines.collect::<Vec<_>>().into_iter());
     let mut all = Vec::new();
     while let Some(line) = lines.0.next() {
-        let mut words = Words::of(line);
+        let mut words = LineWords::of(line);
         if words.next().as_deref() != Some("kernel") {
             return Err(format!("`{line}` begins no Kernel"));
         }
@@ -107,7 +107,7 @@ impl Lines<'_> {
             }
             let wrong = || format!("`{line}` is no instruction");
             if let Some(values) = line.strip_prefix("yield") {
-                let values = Words::of(values).map(|word| value(&word));
+                let values = LineWords::of(values).map(|word| value(&word));
                 region.yields = values.collect::<Option<_>>().ok_or_else(wrong)?;
                 continue;
             }
@@ -131,11 +131,11 @@ impl Lines<'_> {
 }
 
 /// The words of a line: names (without their quotes), numbers, intervals, signs.
-struct Words<'a>(&'a str);
+struct LineWords<'a>(&'a str);
 
-impl Words<'_> {
-    fn of(line: &str) -> Words<'_> {
-        Words(line)
+impl LineWords<'_> {
+    fn of(line: &str) -> LineWords<'_> {
+        LineWords(line)
     }
 
     fn name(&mut self) -> Option<String> {
@@ -164,7 +164,7 @@ impl Words<'_> {
     }
 }
 
-impl Iterator for Words<'_> {
+impl Iterator for LineWords<'_> {
     type Item = String;
 
     fn next(&mut self) -> Option<String> {
@@ -194,7 +194,7 @@ fn value(word: &str) -> Option<u32> {
 
 /// A line that declares something.
 fn declared(line: &str) -> Option<Declared> {
-    let mut words = Words::of(line);
+    let mut words = LineWords::of(line);
     let kind = words.next()?;
     let mut own = Declared {
         name: words.name()?,
@@ -209,7 +209,7 @@ fn declared(line: &str) -> Option<Declared> {
     };
     let range = rest.iter().position(|word| word.starts_with('['));
     if let Some(at) = range {
-        own.range = Words::of(&rest[at]).interval()?;
+        own.range = LineWords::of(&rest[at]).interval()?;
     }
     let starts = rest.iter().position(|word| word == "=");
     match kind.as_str() {
@@ -236,7 +236,7 @@ fn statement(line: &str) -> Option<Statement> {
         text: line.trim_end_matches('{').trim_end().to_string(),
         ..Statement::default()
     };
-    let mut words = Words::of(line);
+    let mut words = LineWords::of(line);
     let mut word = words.next()?;
     // `v6: i32 [0..9], v7: i32 [0..9] = `
     if words.0.trim_start().starts_with(':') {
@@ -267,7 +267,7 @@ fn statement(line: &str) -> Option<Statement> {
 }
 
 /// `v7: i32 [0..83], v8: i32 [0..9] = v1)`
-fn carried(own: &mut Statement, words: &mut Words) -> Option<()> {
+fn carried(own: &mut Statement, words: &mut LineWords) -> Option<()> {
     loop {
         let value_of = value(&words.next()?)?;
         own.params.push(words.defined(value_of)?);

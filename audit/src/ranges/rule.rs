@@ -198,8 +198,9 @@ fn divided(a: Interval, b: Interval, n: i128) -> Interval {
     Interval::over(all).unwrap_or(Interval::new(0, 0))
 }
 
-/// About `a 2^n / b`, 0 where `b` is not positive. Its divisor has the 16 highest bits of `b`, so it
-/// is at most by 1 in 2^15 too small, and the quotient as much too large; shifts round downwards.
+/// About `a 2^n / b`, 0 where `b` is not positive. Its divisor has the 16 highest bits of `b`, so
+/// it is at most by 1 in 2^15 too small, and the quotient as much too large; shifts round
+/// downwards.
 fn quotient(a: Interval, b: Interval, n: i128) -> Interval {
     let least = b.low.max(1);
     if b.high < least {

@@ -65,8 +65,8 @@ impl From<Refusal> for NotCertified {
     }
 }
 
-/// The certificate of an image, whose ELF file is given, with the text of its Kernels and the cycles
-/// that a frame may take.
+/// The certificate of an image, whose ELF file is given, with the text of its Kernels and the
+/// cycles that a frame may take.
 ///
 /// # Errors
 /// It has none.
@@ -93,22 +93,7 @@ pub fn certificate(
     certificate.kernels = audit::number_of(kernels);
     certificate.dead = find(program, DEAD)?;
     certificate.targets = program.annotations.targets.clone().into_iter().collect();
-    for id in image.cores() {
-        for number in 0..image.programs.len() as u32 {
-            let frame = Frame {
-                core: id.index() as u32,
-                program: number,
-                vectors: find(program, RUNNING[id.index()].vectors)?,
-                visits: if image.keys_of_cores.len() > 1 {
-                    image.visits(id)
-                } else {
-                    0
-                },
-                ..Frame::default()
-            };
-            certificate.frames.push(frame);
-        }
-    }
+    certificate.frames = empty_frames(image, program)?;
     for number in 0..certificate.frames.len() {
         let frame = Framed {
             image,
@@ -130,6 +115,26 @@ pub fn certificate(
     audit::audit(&elf, &certificate)?;
     audit::check_ranges(kernels)?;
     Ok(certificate)
+}
+
+/// The frames of all cores while each program plays, without what they run.
+fn empty_frames(image: &FirmwareImage, program: &Program) -> Result<Vec<Frame>, NotCertified> {
+    let mut frames = Vec::new();
+    for id in image.cores() {
+        for number in 0..image.programs.len() as u32 {
+            frames.push(Frame {
+                core: id.index() as u32,
+                program: number,
+                vectors: find(program, RUNNING[id.index()].vectors)?,
+                visits: match image.keys_of_cores.len() {
+                    1 => 0,
+                    _ => image.visits(id),
+                },
+                ..Frame::default()
+            });
+        }
+    }
+    Ok(frames)
 }
 
 /// What is claimed of a board.

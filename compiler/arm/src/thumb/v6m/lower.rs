@@ -130,9 +130,8 @@ impl Legal<'_> {
         let (inst, op) = (&code.inst, code.inst.op());
         match op {
             Op::MOV_immediate => match code.address {
+                // There is room for every address; rows are named where moves are wide.
                 Some(Relocation::Low(row)) => {
-                    // There is room for every address; rows are only named where there are wide
-                    // moves.
                     self.literal(Literal::Table(row.table)).unwrap_or(VReg(0))
                 }
                 _ => self.constant(inst.imm),

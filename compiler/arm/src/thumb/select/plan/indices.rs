@@ -1,5 +1,5 @@
-//! Indices of cells, and rows of tables, that are a value and a constant: one address serves several
-//! indices, and a table's address takes the constant up.
+//! Indices of cells, and rows of tables, that are a value and a constant: one address serves
+//! several indices, and a table's address takes the constant up.
 
 use super::Plan;
 use whippen_ids::IdMap;
