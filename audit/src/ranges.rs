@@ -115,7 +115,7 @@ impl KernelCheck<'_> {
             return Err("has not one region".into());
         };
         let (round, carried) = own.params.split_first().ok_or("has no round")?;
-        room(&[round.clone()], &[Interval::new(0, rounds - 1)])?;
+        room(std::slice::from_ref(round), &[Interval::new(0, rounds - 1)])?;
         let starts: Result<Vec<_>, _> =
             own.args.iter().map(|value| self.interval(*value)).collect();
         room(carried, &starts?)?;
