@@ -144,6 +144,7 @@ fn windows_are_drawn_while_they_are_played() {
         assert_eq!(value["found"], serde_json::json!([]), "{file}");
         assert_eq!(value["wide"], true, "{value}");
         // How often is measured on a quiet machine (docs/bars.md), not here.
+        println!("{file}: {}", text("ticks"));
         assert!(text("ticks").contains("pictures a second"), "{value}");
     }
 }
