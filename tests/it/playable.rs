@@ -96,12 +96,13 @@ fn what_a_page_records_runs_to_the_same_words() {
     }
 }
 
-/// Plays a script in a page of Chromium, after texts that stand before it; none without the tools.
-fn driven(shell: &Shell, script: &str, before: &str) -> Option<Value> {
+/// Plays a script in `page.html` in Chromium, after texts that stand before it; none without the
+/// tools.
+pub fn driven(shell: &Shell, script: &Path, before: &str) -> Option<Value> {
     let [Some(node), Some(chromium)] = ["node", "chromium"].map(whippen_need::tool) else {
         return None;
     };
-    let text = std::fs::read_to_string(scripts().join(script)).expect("a script");
+    let text = std::fs::read_to_string(script).expect("a script");
     std::fs::write(shell.path("script.js"), format!("{before}\n{text}")).expect("writable");
     let ran = Command::new(node)
         .arg(scripts().join("drive.mjs"))
@@ -129,7 +130,7 @@ fn windows_are_drawn_while_they_are_played() {
     ] {
         let shell = Shell::new();
         page(&shell, file, &[]);
-        let Some(value) = driven(&shell, "window.js", &axe) else {
+        let Some(value) = driven(&shell, &scripts().join("window.js"), &axe) else {
             return;
         };
         let text = |name: &str| value[name].as_str().unwrap_or_default().to_string();
@@ -153,7 +154,8 @@ fn windows_are_drawn_while_they_are_played() {
 fn a_page_under_stress_says_what_is_the_matter() {
     let shell = Shell::new();
     page(&shell, "grand-piano.whip", &[]);
-    let Some(value) = driven(&shell, "stress.js", "const mode = 'flood';") else {
+    let stress = scripts().join("stress.js");
+    let Some(value) = driven(&shell, &stress, "const mode = 'flood';") else {
         return;
     };
     let text = |name: &str| value[name].as_str().unwrap_or_default().to_string();
@@ -172,7 +174,7 @@ fn a_page_under_stress_says_what_is_the_matter() {
     );
     let [before, after] = ["played", "after"].map(|name| value[name].as_f64().unwrap_or(0.0));
     assert!(after > before + 2.0, "the sound went on: {value}");
-    let silent = driven(&shell, "stress.js", "const mode = 'silent';").expect("as before");
+    let silent = driven(&shell, &stress, "const mode = 'silent';").expect("as before");
     let said = silent["status"].as_str().unwrap_or_default();
     assert!(said.contains("no audio device answers"), "{silent}");
     assert_eq!(silent["again"], true, "{silent}");

@@ -70,7 +70,7 @@ pub(super) fn kernels(text: &str) -> Result<Vec<Kernel>, String> {
         if words.next().as_deref() != Some("kernel") {
             return Err(format!("`{line}` begins no Kernel"));
         }
-        let name = words.name().ok_or("a Kernel has a name")?;
+        let name = words.next().ok_or("a Kernel has a name")?;
         let mut kernel = Kernel {
             name,
             ..Kernel::default()
@@ -138,10 +138,6 @@ impl LineWords<'_> {
         LineWords(line)
     }
 
-    fn name(&mut self) -> Option<String> {
-        self.next()
-    }
-
     fn is(&mut self, word: &str) -> Option<()> {
         (self.next()? == word).then_some(())
     }
@@ -197,7 +193,7 @@ fn declared(line: &str) -> Option<Declared> {
     let mut words = LineWords::of(line);
     let kind = words.next()?;
     let mut own = Declared {
-        name: words.name()?,
+        name: words.next()?,
         range: Interval::new(i64::MIN.into(), i64::MAX.into()),
         starts: Vec::new(),
         columns: 1,
@@ -253,7 +249,7 @@ fn statement(line: &str) -> Option<Statement> {
     }
     own.op = word;
     for _ in 0..rule::names(&own.op) {
-        own.names.push(words.name()?);
+        own.names.push(words.next()?);
     }
     while let Some(word) = words.next().filter(|word| word != "{") {
         match (value(&word), word.parse()) {

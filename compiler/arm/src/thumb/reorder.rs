@@ -55,8 +55,7 @@ fn best_order(block: &Block<PReg>, live_out: &RegisterSet, free: u32, core: &Cor
     let renamed = |code: &Block<PReg>, high_cost: usize| {
         let code = rename_registers(code, live_out, free, core, high_cost)?;
         let code = block.with_code(code);
-        let (order, cycles) = improve_order(&code, core);
-        Some((order, cycles))
+        Some(improve_order(&code, core))
     };
     if let Some((other, fewer)) = renamed(block, RENAME_HIGH_COST)
         && fewer < cycles

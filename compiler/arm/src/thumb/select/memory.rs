@@ -219,9 +219,8 @@ impl Select<'_> {
     fn part_of_row(&mut self, row: Value, (part, k): (Value, i64), rows: u32) -> VReg {
         let word = self.reg(part);
         let inside = Range::new(-k, i64::from(rows) - 1 - k);
-        let held = self.state[part].held;
-        let rows = Range::new(0, i64::from(rows) - 1);
-        if rows.contains(self.plan[row].proven) || held.is_some_and(|held| inside.contains(held)) {
+        let is_row = Range::new(0, i64::from(rows) - 1).contains(self.plan[row].proven);
+        if is_row || self.is_held_in(part, inside) {
             return word;
         }
         self.clamp_word(word, inside, Type::I32.range())
@@ -229,8 +228,13 @@ impl Select<'_> {
 
     fn is_inside(&self, index: Value, len: u32) -> bool {
         let inside = Range::new(0, i64::from(len) - 1);
-        let held = self.state[index].held;
-        inside.contains(self.plan[index].proven) || held.is_some_and(|held| inside.contains(held))
+        inside.contains(self.plan[index].proven) || self.is_held_in(index, inside)
+    }
+
+    /// Whether the instruction that made a value holds it there.
+    fn is_held_in(&self, value: Value, inside: Range) -> bool {
+        let held = self.state[value].held;
+        held.is_some_and(|held| inside.contains(held))
     }
 
     /// Where the result of an operator lies because its operand was held by an instruction.
