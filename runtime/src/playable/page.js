@@ -41,10 +41,13 @@ async function begin() {
     node.connect(analyser).connect(context.destination);
     await starts(context);
     Object.assign(state, { node, context, analyser });
-    context.onstatechange = () => status(`The sound is ${context.state}.`);
+    // The change to `running` may be told before or after the clock has moved.
+    const sounds = () =>
+      status(`${context.state}, ${context.sampleRate} Hz, about ${Math.round(1000 * (context.baseLatency + (context.outputLatency || 0)))} ms to the ear`);
+    context.onstatechange = sounds;
     queue.splice(0).forEach(tell);
     tell({ kind: "show", key: state.key });
-    status(`${context.state}, ${context.sampleRate} Hz, about ${Math.round(1000 * (context.baseLatency + (context.outputLatency || 0)))} ms to the ear`);
+    sounds();
     document.body.classList.add("playing");
     tellFrame({ kind: "playing" });
   } catch (error) {
