@@ -2,11 +2,15 @@
 //!
 //! Files that are being written are removed, and the command ends with 130, as shells count a
 //! Ctrl-C. Whoever has something to end in order first takes the first signal ([`take_first`]).
-//! Where the caller has the signals ignored (`nohup`) they stay ignored.
+//! A signal that the caller has ignored (a hangup under `nohup`) stays ignored, the others are heard.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+#[cfg(not(target_family = "wasm"))]
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+#[cfg(not(target_family = "wasm"))]
+use signal_hook::iterator::Signals;
 #[cfg(not(target_family = "wasm"))]
 use whippen_runtime::files::abandon_unfinished;
 
@@ -25,14 +29,35 @@ static FIRST: Mutex<Option<Job>> = Mutex::new(None);
 #[cfg(target_family = "wasm")]
 pub fn listen() {}
 
-/// Begins to listen.
+/// Begins to listen. Where no handler can be installed, signals do what they do by themselves.
 #[cfg(not(target_family = "wasm"))]
 pub fn listen() {
-    // That somebody else decides about the signals is no error.
-    let _ = ctrlc::try_set_handler(|| match replace_first(None) {
-        Some(job) => job(),
-        None => end(),
+    let heard = [SIGINT, SIGTERM, SIGHUP].into_iter();
+    let Ok(mut signals) = Signals::new(heard.filter(|signal| !is_ignored(*signal))) else {
+        return;
+    };
+    std::thread::spawn(move || {
+        for _ in signals.forever() {
+            match replace_first(None) {
+                Some(job) => job(),
+                None => end(),
+            }
+        }
     });
+}
+
+/// Whether the caller has a signal ignored, which a command inherits (POSIX, `execve`).
+#[cfg(not(target_family = "wasm"))]
+#[allow(unsafe_code)]
+fn is_ignored(signal: i32) -> bool {
+    let mut action = std::mem::MaybeUninit::<libc::sigaction>::zeroed();
+    // SAFETY: without a new action the call only writes the present one where it is told to, and
+    // the type is one of C's, for which zeros are a value.
+    let action = unsafe {
+        libc::sigaction(signal, std::ptr::null(), action.as_mut_ptr());
+        action.assume_init()
+    };
+    action.sa_sigaction == libc::SIG_IGN
 }
 
 /// The first signal does this; the next one ends the command at once.

@@ -194,9 +194,15 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Starts a command and waits until it writes a file of this name's ending.
 fn begun(shell: &Shell, command: &str) -> Child {
+    begun_by(
+        shell,
+        Command::new(env!("CARGO_BIN_EXE_whippen")).args(command.split(' ')),
+    )
+}
+
+fn begun_by(shell: &Shell, command: &mut Command) -> Child {
     let before = contents(&shell.path(".")).len();
-    let running = Command::new(env!("CARGO_BIN_EXE_whippen"))
-        .args(command.split(' '))
+    let running = command
         .current_dir(shell.path("."))
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -250,6 +256,31 @@ fn an_interrupted_run_keeps_what_was_played() {
     assert!(ticks.ends_with('\n'));
     assert_eq!(ticks.lines().count() - 1, samples.div_ceil(1000));
     assert!(shell.path("events.csv").exists());
+}
+
+/// As under `nohup`, which leaves a run to play when its terminal is closed.
+#[test]
+fn where_a_hangup_is_ignored_an_interrupt_still_keeps_what_was_played() {
+    let shell = Shell::new().with("click.whip", CLICK);
+    let endless = "run click.whip --seconds 20000 --out ticks.csv --every 1000";
+    let mut shielded = Command::new("sh");
+    shielded
+        .args(["-c", "trap '' HUP; exec \"$0\" \"$@\""])
+        .arg(env!("CARGO_BIN_EXE_whippen"))
+        .args(endless.split(' '));
+    let mut running = begun_by(&shell, &mut shielded);
+    send("-HUP", &running);
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(running.try_wait().expect("is there").is_none(), "it ended");
+    send("-INT", &running);
+    let ended = running.wait_with_output().expect("ends");
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{told}");
+    assert!(
+        told.contains("of 20000.00 s were played, and are kept"),
+        "{told}"
+    );
+    assert!(shell.path("ticks.csv").exists());
 }
 
 /// A note at the beginning and one after an hour, as a MIDI file.
