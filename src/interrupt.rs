@@ -2,7 +2,8 @@
 //!
 //! Files that are being written are removed, and the command ends with 130, as shells count a
 //! Ctrl-C. Whoever has something to end in order first takes the first signal ([`take_first`]).
-//! A signal that the caller has ignored (a hangup under `nohup`) stays ignored, the others are heard.
+//! A signal that the caller has ignored (a hangup under `nohup`) stays ignored, the others are
+//! heard.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -32,8 +33,11 @@ pub fn listen() {}
 /// Begins to listen. Where no handler can be installed, signals do what they do by themselves.
 #[cfg(not(target_family = "wasm"))]
 pub fn listen() {
-    let heard = [SIGINT, SIGTERM, SIGHUP].into_iter();
-    let Ok(mut signals) = Signals::new(heard.filter(|signal| !is_ignored(*signal))) else {
+    let (ends, ignored) = ([SIGINT, SIGTERM, SIGHUP], ignored());
+    let heard = ends
+        .into_iter()
+        .filter(|signal| ignored >> (signal - 1) & 1 == 0);
+    let Ok(mut signals) = Signals::new(heard) else {
         return;
     };
     std::thread::spawn(move || {
@@ -46,18 +50,14 @@ pub fn listen() {
     });
 }
 
-/// Whether the caller has a signal ignored, which a command inherits (POSIX, `execve`).
+/// The signals that the caller has ignored, which a command inherits (POSIX, `execve`), a bit each
+/// from signal 1 on; none where the system has no `/proc` to say so (proc_pid_status(5), `SigIgn`).
 #[cfg(not(target_family = "wasm"))]
-#[allow(unsafe_code)]
-fn is_ignored(signal: i32) -> bool {
-    let mut action = std::mem::MaybeUninit::<libc::sigaction>::zeroed();
-    // SAFETY: without a new action the call only writes the present one where it is told to, and
-    // the type is one of C's, for which zeros are a value.
-    let action = unsafe {
-        libc::sigaction(signal, std::ptr::null(), action.as_mut_ptr());
-        action.assume_init()
-    };
-    action.sa_sigaction == libc::SIG_IGN
+fn ignored() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or_default()
 }
 
 /// The first signal does this; the next one ends the command at once.

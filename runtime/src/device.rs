@@ -26,46 +26,11 @@ mod port_file;
 use std::path::Path;
 
 use whippen_compiler::scales::PortScales;
+use whippen_instruments::DEVICES as BUNDLED;
 
 use crate::files::{FileError, InputKind, read_text};
 pub use mechanics::{FeltStops, Mechanics};
 pub use port::{Drive, Port, Sensor, Stands, Supply, Winding};
-
-/// The bundled devices: file and text.
-const BUNDLED: &[(&str, &str)] = &[
-    (
-        "mikey.toml",
-        include_str!("../../instruments/hardware/mikey.toml"),
-    ),
-    (
-        "chain.toml",
-        include_str!("../../instruments/hardware/chain.toml"),
-    ),
-    (
-        "knob.toml",
-        include_str!("../../instruments/hardware/knob.toml"),
-    ),
-    (
-        "gimbal.toml",
-        include_str!("../../instruments/hardware/gimbal.toml"),
-    ),
-    (
-        "touch.toml",
-        include_str!("../../instruments/hardware/touch.toml"),
-    ),
-    (
-        "pad.toml",
-        include_str!("../../instruments/hardware/pad.toml"),
-    ),
-    (
-        "mouse.toml",
-        include_str!("../../instruments/hardware/mouse.toml"),
-    ),
-    (
-        "voice_coil.toml",
-        include_str!("../../instruments/hardware/voice_coil.toml"),
-    ),
-];
 
 /// Sensors and drives.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,24 +5,10 @@
 
 use std::path::Path;
 
+use whippen_instruments::PRESETS as BUNDLED;
+
 use crate::entries::{Entries, Known};
 use crate::files::{FileError, InputKind, read_text};
-
-/// The bundled presets: names, and texts.
-const BUNDLED: &[(&str, &str)] = &[
-    (
-        "onofrei",
-        include_str!("../../instruments/presets/onofrei.toml"),
-    ),
-    (
-        "open-g",
-        include_str!("../../instruments/presets/open-g.toml"),
-    ),
-    (
-        "pentatonic",
-        include_str!("../../instruments/presets/pentatonic.toml"),
-    ),
-];
 
 const KNOWN: &[Known] = &[("for", "keytar"), ("set.*", "0.2 N")];
 

@@ -30,7 +30,7 @@ const EDITOR_LIBRARY: &str = include_str!("studio/vendor/codemirror.iife.min.js"
 const WASI: &str = include_str!("studio/wasi.js");
 const WORKER: &str = include_str!("studio/worker.js");
 /// The grammar that all editors colour by.
-const GRAMMAR: &str = include_str!("../../editors/vscode/syntaxes/whip.tmLanguage.json");
+const GRAMMAR: &str = include_str!("studio/whip.tmLanguage.json");
 /// The page's own scripts, in this order.
 const SCRIPTS: &[&str] = &[
     include_str!("web_elements.js"),

@@ -7,6 +7,7 @@
 mod documents;
 mod lex;
 mod names;
+mod packages;
 mod prose;
 mod purity;
 mod repository;

@@ -97,7 +97,7 @@ fn dependencies(manifest: &str) -> BTreeSet<String> {
         if line.starts_with('[') {
             inside = ["[dependencies]", "[build-dependencies]"].contains(&line);
         } else if let (true, Some((name, _))) = (inside, line.split_once('=')) {
-            found.insert(name.trim().to_string());
+            found.insert(name.trim().trim_end_matches(".workspace").to_string());
         }
     }
     found

@@ -2,33 +2,7 @@
 
 use crate::entries::Known;
 
-/// The bundled boards: file and text.
-pub(super) const BUNDLED: &[(&str, &str)] = &[
-    (
-        "rp2350.toml",
-        include_str!("../../../instruments/hardware/rp2350.toml"),
-    ),
-    (
-        "rp2040.toml",
-        include_str!("../../../instruments/hardware/rp2040.toml"),
-    ),
-    (
-        "pico2_knob.toml",
-        include_str!("../../../instruments/hardware/pico2_knob.toml"),
-    ),
-    (
-        "pico2_strings.toml",
-        include_str!("../../../instruments/hardware/pico2_strings.toml"),
-    ),
-    (
-        "rp2350b_bench.toml",
-        include_str!("../../../instruments/hardware/rp2350b_bench.toml"),
-    ),
-    (
-        "stm32f4.toml",
-        include_str!("../../../instruments/hardware/stm32f4.toml"),
-    ),
-];
+pub(super) use whippen_instruments::BOARDS as BUNDLED;
 
 /// The keys of a board file, and an example of each.
 pub(super) const KEYS: &[Known] = &[

@@ -1,0 +1,118 @@
+//! Packages: each can be built away from this repository, and what all are made of may be passed on
+//! under the project's licences.
+
+use std::path::{Component, Path, PathBuf};
+use std::process::Command;
+
+use super::{Text, none, texts};
+
+/// Licences that ask for no more than to be named.
+const LICENCES: &[&str] = &[
+    "0BSD",
+    "Apache-2.0",
+    "Apache-2.0 WITH LLVM-exception",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "BSL-1.0",
+    "CC0-1.0",
+    "ISC",
+    "MIT",
+    "Unicode-3.0",
+    "Unlicense",
+    "Zlib",
+];
+
+/// Links of the file system, and why.
+pub const LINKS: &[(&str, &str)] = &[(
+    "runtime/src/studio/whip.tmLanguage.json",
+    "the extension of VS Code and the package of the runtime hold one grammar",
+)];
+
+/// The folder of the package that a file belongs to.
+fn package<'a>(path: &str, folders: &[&'a str]) -> &'a str {
+    let holds = |folder: &&&str| path.starts_with(&format!("{folder}/"));
+    let of = folders.iter().filter(holds).max_by_key(|f| f.len());
+    of.copied().unwrap_or_default()
+}
+
+/// Where a path leads from the folder of a file, without `..`.
+fn resolved(file: &str, path: &str) -> String {
+    let mut found = PathBuf::new();
+    let from = Path::new(file).parent().expect("a file is in a folder");
+    for part in from.join(path).components() {
+        match part {
+            Component::ParentDir => drop(found.pop()),
+            part => found.push(part),
+        }
+    }
+    found.to_str().expect("a plain path").to_string()
+}
+
+#[test]
+fn what_a_package_includes_is_in_it() {
+    let texts = texts();
+    let manifests = texts.iter().filter(|t| t.text.contains("[package]\n"));
+    let folders: Vec<&str> = manifests
+        .filter_map(|t| t.path.strip_suffix("/Cargo.toml"))
+        .collect();
+    assert!(folders.contains(&"instruments"), "{folders:?}");
+    let (mut found, mut looked_at) = (Vec::new(), 0);
+    // Tests, benchmarks and examples of the repository are in no package.
+    let is_packed = |text: &&Text| {
+        let folder = text.path.split('/').next().unwrap_or_default();
+        text.path.ends_with(".rs") && !text.is_test() && !["benches", "examples"].contains(&folder)
+    };
+    for text in texts.iter().filter(is_packed) {
+        for macro_name in ["include_str!(\"", "include_bytes!(\""] {
+            for (at, _) in text.text.match_indices(macro_name) {
+                let path = &text.text[at + macro_name.len()..];
+                let path = path.split('"').next().unwrap_or_default();
+                let leads_to = resolved(&text.path, path);
+                looked_at += 1;
+                let (of, to) = (package(&text.path, &folders), package(&leads_to, &folders));
+                let inside = of == to && (!of.is_empty() || leads_to.starts_with("src/"));
+                if !inside {
+                    found.push(format!("{} includes {leads_to}", text.path));
+                }
+            }
+        }
+    }
+    assert!(looked_at > 20, "{looked_at} inclusions");
+    none(&found, "what a package includes is in it");
+}
+
+/// Whether one of the choices that a licence leaves is one of these.
+fn is_listed(licence: &str) -> bool {
+    let plain = licence.replace('/', " OR ").replace(['(', ')'], "");
+    let all = |part: &str| part.split(" OR ").any(|one| LICENCES.contains(&one.trim()));
+    plain.split(" AND ").all(all)
+}
+
+#[test]
+fn what_all_are_made_of_may_be_passed_on() {
+    assert!(!is_listed("GPL-3.0-only") && !is_listed("MIT AND GPL-2.0"));
+    assert!(is_listed("(MIT OR Apache-2.0) AND Unicode-3.0") && is_listed("Unlicense/MIT"));
+    let told = Command::new(env!("CARGO"))
+        .args(["metadata", "--format-version", "1", "--locked", "--offline"])
+        .args(["--filter-platform", "host-tuple"])
+        .output()
+        .expect("cargo starts");
+    assert!(
+        told.status.success(),
+        "{}",
+        String::from_utf8_lossy(&told.stderr)
+    );
+    let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
+    let nodes = told["resolve"]["nodes"].as_array().expect("a graph");
+    let packages = told["packages"].as_array().expect("packages");
+    let used = |id: &serde_json::Value| nodes.iter().any(|node| node["id"] == *id);
+    let mut found = Vec::new();
+    for package in packages.iter().filter(|package| used(&package["id"])) {
+        let licence = package["license"].as_str().unwrap_or("no licence");
+        if !is_listed(licence) {
+            found.push(format!("{}: {licence}", package["name"]));
+        }
+    }
+    assert!(nodes.len() > 100, "{} packages", nodes.len());
+    none(&found, "what all are made of may be passed on");
+}
