@@ -1,5 +1,5 @@
-//! Packages: each can be built away from this repository, and what all are made of may be passed on
-//! under the project's licences.
+//! Packages: none includes a file from outside of it, and what all are made of on this system may
+//! be passed on under the project's licences.
 
 use std::path::{Component, Path, PathBuf};
 use std::process::Command;
