@@ -87,7 +87,7 @@ pub const BOARDS: &[Text] = texts! {
     "stm32f4"
 };
 
-/// The devices.
+/// The devices, in the order in which one that fits an instrument is looked for.
 pub const DEVICES: &[Text] = texts! {
     "", ".toml", "hardware/", ".toml";
     "mikey"

@@ -12,9 +12,10 @@ use std::path::Path;
 
 use whippen_compiler::board::{AccessTime, BANKS_MAX, Bus};
 use whippen_compiler::image::{Board, Memory, MemoryKind, Placement, Start};
+use whippen_instruments::BOARDS as BUNDLED;
 use whippen_isa::Arch;
 
-use known::{BUNDLED, KEYS};
+use known::KEYS;
 
 use crate::entries::Entries;
 use crate::files::{FileError, InputKind, read_text};

@@ -63,18 +63,23 @@ fn a_bow_makes_helmholtz_s_motion() {
         press: 0.45,
         beta: 0.12,
     };
-    let integers = played(&D4, &mut Integers::new(&compiled), bow, 3);
-    let ideal = played(&D4, &mut Reals::new(&compiled), bow, 3);
-    for motion in [integers, ideal] {
+    for motion in on_both(&D4, &compiled, bow) {
         assert_helmholtz(&D4, bow, &motion, [0.08; 4]);
     }
+}
+
+/// What a bow settles to on integers and on `ideal`: the last of three seconds.
+fn on_both(line: &Line, compiled: &Compiled, bow: Bow) -> [Motion; 2] {
+    [
+        played(line, &mut Integers::new(compiled), bow, 3),
+        played(line, &mut Reals::new(compiled), bow, 3),
+    ]
 }
 
 /// Plays it on both and compares what they settle to. Where they let go the least change decides,
 /// so that they are never in the same tick for long.
 fn settles_alike(line: &Line, compiled: &Compiled, bow: Bow) {
-    let integers = played(line, &mut Integers::new(compiled), bow, 3);
-    let ideal = played(line, &mut Reals::new(compiled), bow, 3);
+    let [integers, ideal] = on_both(line, compiled, bow);
     let cents = 1200.0 * (integers.pitch_hz / ideal.pitch_hz).log2();
     println!(
         "{}, {bow:?}: {cents:.1} cents, {integers:?} {ideal:?}",

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::cli::Shell;
@@ -200,6 +200,7 @@ fn begun(shell: &Shell, command: &str) -> Child {
     )
 }
 
+/// The same, by a command line of its own.
 fn begun_by(shell: &Shell, command: &mut Command) -> Child {
     let before = contents(&shell.path(".")).len();
     let running = command
@@ -222,6 +223,16 @@ fn send(signal: &str, to: &Child) {
     assert!(sent.expect("kill").success());
 }
 
+/// Interrupts what runs; it says what it keeps, and ends with the exit code for that.
+fn interrupted(running: Child, keeps: &str) -> Output {
+    send("-INT", &running);
+    let ended = running.wait_with_output().expect("ends");
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{told}");
+    assert!(told.contains(keeps), "{told}");
+    ended
+}
+
 #[test]
 fn an_interrupted_run_keeps_what_was_played() {
     let text = CLICK.replace("force spring", "sound out = 20 m^-1 * x force spring");
@@ -229,14 +240,7 @@ fn an_interrupted_run_keeps_what_was_played() {
     let endless = "run click.whip --seconds 20000 --out heard.wav --out ticks.csv --every 1000 --events events.csv";
     let running = begun(&shell, endless);
     std::thread::sleep(Duration::from_millis(300));
-    send("-INT", &running);
-    let ended = running.wait_with_output().expect("ends");
-    let told = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(130), "{told}");
-    assert!(
-        told.contains("of 20000.00 s were played, and are kept"),
-        "{told}"
-    );
+    interrupted(running, "of 20000.00 s were played, and are kept");
     let heard = std::fs::read(shell.path("heard.wav")).expect("is there");
     let word = |at: usize| u32::from_le_bytes(heard[at..at + 4].try_into().expect("4 bytes"));
     let data = heard
@@ -272,14 +276,7 @@ fn where_a_hangup_is_ignored_an_interrupt_still_keeps_what_was_played() {
     send("-HUP", &running);
     std::thread::sleep(Duration::from_millis(300));
     assert!(running.try_wait().expect("is there").is_none(), "it ended");
-    send("-INT", &running);
-    let ended = running.wait_with_output().expect("ends");
-    let told = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(130), "{told}");
-    assert!(
-        told.contains("of 20000.00 s were played, and are kept"),
-        "{told}"
-    );
+    interrupted(running, "of 20000.00 s were played, and are kept");
     assert!(shell.path("ticks.csv").exists());
 }
 
@@ -311,11 +308,7 @@ fn an_interrupted_performance_keeps_what_was_played() {
     let told = running.stdout.as_mut().expect("is piped");
     told.read_exact(&mut first).expect("tells");
     std::thread::sleep(Duration::from_millis(500));
-    send("-INT", &running);
-    let ended = running.wait_with_output().expect("ends");
-    let told = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(130), "{told}");
-    assert!(told.contains("s were played, and are kept"), "{told}");
+    let ended = interrupted(running, "s were played, and are kept");
     let said = String::from_utf8_lossy(&ended.stdout);
     assert!(
         !said.contains("2 notes: 2"),
@@ -348,14 +341,7 @@ fn interrupted_experiments_keep_those_that_were_played() {
     let mut lines = BufReader::new(running.stdout.take().expect("stdout")).lines();
     let first = lines.next().expect("a line").expect("UTF-8");
     assert!(first.contains("\"short\""), "{first}");
-    send("-INT", &running);
-    let ended = running.wait_with_output().expect("ends");
-    let told = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(130), "{told}");
-    assert!(
-        told.contains("1 of 2 experiments were played, and are kept"),
-        "{told}"
-    );
+    interrupted(running, "1 of 2 experiments were played, and are kept");
     let gallery = std::fs::read_to_string(shell.path("gallery.html")).expect("is there");
     assert!(gallery.contains("The short one") && !gallery.contains("The long one"));
 }

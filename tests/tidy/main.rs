@@ -16,4 +16,4 @@ mod texts;
 mod walls;
 mod words;
 
-use texts::{Text, has_word, none, only_listed, paths, root, rust, texts};
+use texts::{Text, crate_of, crates, has_word, none, only_listed, paths, root, rust, texts};

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{only_listed, paths, rust};
+use super::{crate_of, crates, only_listed, rust};
 
 /// Names that stand twice in a crate: crate and name, why.
 const TWICE: &[(&str, &str)] = &[
@@ -15,14 +15,6 @@ const TWICE: &[(&str, &str)] = &[
     ("compiler/lang/Item", "in the text and in the model"),
     ("compiler/lang/Keyboard", "in the text and in the model"),
 ];
-
-/// The crate of a file: the longest folder above it with a manifest. The root's is empty.
-fn crate_of<'a>(path: &str, crates: &'a [String]) -> &'a str {
-    let above = crates
-        .iter()
-        .filter(|folder| path.starts_with(folder.as_str()));
-    above.max_by_key(|folder| folder.len()).map_or("", |f| f)
-}
 
 /// The name of the type that a line of code defines.
 fn defined(code: &str) -> Option<&str> {
@@ -43,12 +35,7 @@ fn defined(code: &str) -> Option<&str> {
 #[test]
 fn a_crate_has_one_type_of_a_name() {
     assert_eq!(defined("pub(in crate::a) struct Name<'a> {"), Some("Name"));
-    let manifests = paths()
-        .into_iter()
-        .filter(|path| path.ends_with("/Cargo.toml"));
-    let crates: Vec<String> = manifests
-        .map(|path| path.trim_end_matches("Cargo.toml").to_string())
-        .collect();
+    let crates = crates();
     let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for text in rust().iter().filter(|text| text.path.contains("src/")) {
         for (number, code) in text.code() {

@@ -4,7 +4,7 @@
 use std::path::{Component, Path, PathBuf};
 use std::process::Command;
 
-use super::{Text, none, texts};
+use super::{Text, crate_of, crates, none, rust};
 
 /// Licences that ask for no more than to be named.
 const LICENCES: &[&str] = &[
@@ -22,19 +22,6 @@ const LICENCES: &[&str] = &[
     "Zlib",
 ];
 
-/// Links of the file system, and why.
-pub const LINKS: &[(&str, &str)] = &[(
-    "runtime/src/studio/whip.tmLanguage.json",
-    "the extension of VS Code and the package of the runtime hold one grammar",
-)];
-
-/// The folder of the package that a file belongs to.
-fn package<'a>(path: &str, folders: &[&'a str]) -> &'a str {
-    let holds = |folder: &&&str| path.starts_with(&format!("{folder}/"));
-    let of = folders.iter().filter(holds).max_by_key(|f| f.len());
-    of.copied().unwrap_or_default()
-}
-
 /// Where a path leads from the folder of a file, without `..`.
 fn resolved(file: &str, path: &str) -> String {
     let mut found = PathBuf::new();
@@ -50,17 +37,13 @@ fn resolved(file: &str, path: &str) -> String {
 
 #[test]
 fn what_a_package_includes_is_in_it() {
-    let texts = texts();
-    let manifests = texts.iter().filter(|t| t.text.contains("[package]\n"));
-    let folders: Vec<&str> = manifests
-        .filter_map(|t| t.path.strip_suffix("/Cargo.toml"))
-        .collect();
-    assert!(folders.contains(&"instruments"), "{folders:?}");
+    let (texts, crates) = (rust(), crates());
+    assert!(crates.contains(&"instruments/".to_string()), "{crates:?}");
     let (mut found, mut looked_at) = (Vec::new(), 0);
     // Tests, benchmarks and examples of the repository are in no package.
     let is_packed = |text: &&Text| {
         let folder = text.path.split('/').next().unwrap_or_default();
-        text.path.ends_with(".rs") && !text.is_test() && !["benches", "examples"].contains(&folder)
+        !text.is_test() && !["benches", "examples"].contains(&folder)
     };
     for text in texts.iter().filter(is_packed) {
         for macro_name in ["include_str!(\"", "include_bytes!(\""] {
@@ -69,7 +52,7 @@ fn what_a_package_includes_is_in_it() {
                 let path = path.split('"').next().unwrap_or_default();
                 let leads_to = resolved(&text.path, path);
                 looked_at += 1;
-                let (of, to) = (package(&text.path, &folders), package(&leads_to, &folders));
+                let (of, to) = (crate_of(&text.path, &crates), crate_of(&leads_to, &crates));
                 let inside = of == to && (!of.is_empty() || leads_to.starts_with("src/"));
                 if !inside {
                     found.push(format!("{} includes {leads_to}", text.path));

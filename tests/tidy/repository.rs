@@ -2,8 +2,13 @@
 
 use std::fs;
 
-use super::packages::LINKS;
 use super::{Text, none, paths, root, texts};
+
+/// Links of the file system, and why.
+const LINKS: &[(&str, &str)] = &[(
+    "runtime/src/studio/whip.tmLanguage.json",
+    "the extension of VS Code and the package of the runtime hold one grammar",
+)];
 
 #[test]
 fn the_licences_are_there() {

@@ -97,6 +97,24 @@ pub fn texts() -> Vec<Text> {
     texts
 }
 
+/// The folders with a manifest, with a `/` behind, but for the root.
+pub fn crates() -> Vec<String> {
+    let manifests = paths()
+        .into_iter()
+        .filter(|path| path.ends_with("/Cargo.toml"));
+    manifests
+        .map(|path| path.trim_end_matches("Cargo.toml").to_string())
+        .collect()
+}
+
+/// The crate of a file: the longest folder above it with a manifest. The root's is empty.
+pub fn crate_of<'a>(path: &str, crates: &'a [String]) -> &'a str {
+    let above = crates
+        .iter()
+        .filter(|folder| path.starts_with(folder.as_str()));
+    above.max_by_key(|folder| folder.len()).map_or("", |f| f)
+}
+
 /// Every Rust file.
 pub fn rust() -> Vec<Text> {
     texts()

@@ -1,8 +1,6 @@
-//! The bundled boards, and the keys of a board's file.
+//! The keys of a board's file.
 
 use crate::entries::Known;
-
-pub(super) use whippen_instruments::BOARDS as BUNDLED;
 
 /// The keys of a board file, and an example of each.
 pub(super) const KEYS: &[Known] = &[

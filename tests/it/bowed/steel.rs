@@ -6,9 +6,10 @@
 //! presses are given in parts of Schelleng's limit.
 
 use super::motion::{Line, Motion, played};
-use super::player::{Bow, Integers, Reals};
+use super::player::{Bow, Integers};
 use super::{
-    assert_helmholtz, bowed, engines_are_equal, hardest, never_pushes, power, settles_alike,
+    assert_helmholtz, bowed, engines_are_equal, hardest, never_pushes, on_both, power,
+    settles_alike,
 };
 
 /// 1 mm thick, 0.5 m long; only their tension tells them apart.
@@ -62,12 +63,12 @@ fn integers_and_ideal_settle_to_one_motion_of_each() {
 /// How many of the bows below are played, where nobody asks for another number.
 const BOWS: usize = 16;
 
-/// Some of 60 bows, of all strings, places and speeds.
-fn bows() -> Vec<(Line, Bow)> {
+/// Some of 60 bows, of all strings, places and speeds: the place of a string in `lines`, and a bow.
+fn bows(lines: &[Line]) -> Vec<(usize, Bow)> {
     let mut all = Vec::new();
-    for line in [G3, D4, A4, E5] {
+    for (at, line) in lines.iter().enumerate() {
         for beta in [0.1, 0.12, 0.15, 0.18, 0.2] {
-            all.extend([0.1, 0.2, 0.3].map(|speed| (line, bow(&line, speed, beta))));
+            all.extend([0.1, 0.2, 0.3].map(|speed| (at, bow(line, speed, beta))));
         }
     }
     let asked = std::env::var("WHIPPEN_BOWS");
@@ -94,10 +95,10 @@ fn on_the_whole(motions: &[Motion]) -> (usize, f64) {
 #[test]
 fn integers_and_ideal_make_the_same_of_many_bows() {
     let (mut integers, mut ideal, mut alike) = (Vec::new(), Vec::new(), 0);
-    for (line, bow) in bows() {
-        let compiled = bowed(&line, HARDEST);
-        let ours = played(&line, &mut Integers::new(&compiled), bow, 3);
-        let reals = played(&line, &mut Reals::new(&compiled), bow, 3);
+    let lines = [G3, D4, A4, E5];
+    let compiled = lines.map(|line| bowed(&line, HARDEST));
+    for (at, bow) in bows(&lines) {
+        let (line, [ours, reals]) = (lines[at], on_both(&lines[at], &compiled[at], bow));
         let is_alike = (ours.slips_per_period - reals.slips_per_period).abs() < 0.01
             && (ours.stuck - reals.stuck).abs() < 0.02;
         alike += usize::from(is_alike);
