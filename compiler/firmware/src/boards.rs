@@ -452,6 +452,16 @@ pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards, monitored: bool) ->
     own.chain(capture).chain(board).collect()
 }
 
+/// What guards keys, from the service on.
+pub(super) fn safety_texts(arch: Arch) -> impl Iterator<Item = Source<'static>> {
+    let frame = match arch {
+        Arch::V6M => SMALL_FRAME,
+        _ => FRAME,
+    };
+    let is_before = |source: &&Source| !source.name.ends_with("service.s");
+    frame.iter().skip_while(is_before).copied()
+}
+
 /// The frame in the instructions of ARMv6-M.
 const SMALL_FRAME: &[Source<'static>] = &[
     EXCEPTIONS,

@@ -46,6 +46,8 @@ pub enum FirmwareError {
     /// The monitor shall have so many bits per second, which the serial port of the board has not:
     /// its most.
     Baud(u32, u32),
+    /// Safety is wanted for a program of somebody else's, of an instrument that is none of a key.
+    SafetyPorts,
     /// A board's text is no assembly.
     Assembly(AsmError),
 }
@@ -64,6 +66,10 @@ impl fmt::Display for FirmwareError {
             FirmwareError::Record(bytes) => write!(
                 f,
                 "a key's record takes {bytes} bytes; the firmware takes at most {RECORD_MAX}"
+            ),
+            FirmwareError::SafetyPorts => f.write_str(
+                "--safety guards keys, with a sensor and a motor each, and this instrument has \
+                 other ports: only an image guards those",
             ),
             FirmwareError::Programs(count) => write!(
                 f,
