@@ -130,8 +130,7 @@ pub fn constants(
     if let Some(monitor) = &setup.monitor {
         all.extend(monitor.serial_constants(board.board)?);
     }
-    let of_knob = knob::constants(setup, board)?.into_iter();
-    all.extend(of_knob.map(|(name, value)| (name.to_string(), value)));
+    all.extend(knob::constants(setup, board)?);
     all.extend(bench::constants(setup, board)?);
     all.extend(i2s::constants(board.board));
     Ok(all)
