@@ -197,7 +197,7 @@ function showStep() {
   const list = find("#board-listing");
   list.replaceChildren(...shown);
   const now = list.querySelector(".now");
-  if (now) list.scrollTop = now.offsetTop - list.offsetTop - list.clientHeight / 2;
+  if (now) list.scrollTop = now.offsetTop - list.clientHeight / 2;
   const row = told.listing[index];
   const isHere = row?.file === state.file;
   showBoardLine(editor, isHere ? row.line : null);
