@@ -256,6 +256,17 @@ fn the_same_bytes_of_a_knob() {
     let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
     let compared = compare(&board, "cortex-m33", &one, Form::Plain);
     assert!(compared > 1800, "{compared} bytes");
+    // Several.
+    for (name, knobs) in [("pico2_two_knobs", 2), ("pico2_four_knobs", 4)] {
+        let board = board::bundled(name).expect("it is bundled");
+        let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
+        let all = Setup {
+            keys: vec![knobs],
+            ..one.clone()
+        };
+        let more = compare(&board, "cortex-m33", &all, Form::Plain);
+        assert!(more > compared + 200, "{more} bytes");
+    }
     // With sound, which leaves on three wires.
     let board = board::bundled("pico2_strings").expect("it is bundled");
     let board = support(&board).unwrap_or_else(|e| panic!("{e}"));

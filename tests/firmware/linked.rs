@@ -4,13 +4,13 @@
 mod object;
 mod text;
 
-use crate::rig::{KEYS, NEWTON, RATE_HZ, Rig, guarded, midi, setup};
+use crate::rig::{KEYS, NEWTON, RATE_HZ, RATED, Rig, guarded, midi, setup};
 use object::Linked;
 use text::of_c;
 use whippen_compiler::firmware::{Instrument, Motor, Passivity, Setup, core_block};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::keyboard::{InstrumentId, Program};
-use whippen_compiler::modes::Modes;
+use whippen_compiler::modes::{INSTRUCTIONS, specialize};
 use whippen_compiler::pipeline::{Compiled, compile};
 use whippen_compiler::source::SourceMap;
 use whippen_emulator::{BoardKind, CoreKind};
@@ -70,7 +70,7 @@ struct Played {
 /// The image on its board; and the number of the first tick that it served.
 fn of_image(kind: BoardKind, compiled: &Compiled, setup: &Setup, story: &Story) -> (Played, u32) {
     let kernel = &compiled.lowered.kernel;
-    let (modes, midi) = (Modes::single(kernel), midi(kernel));
+    let (modes, midi) = (specialize(kernel, INSTRUCTIONS), midi(kernel));
     let instruments = [Instrument {
         modes: &modes,
         places: &[],
@@ -178,9 +178,8 @@ fn passive(setup: Setup) -> Setup {
 /// A sensor at each rail, one that stands still while its key is pushed, a tick that is missed.
 fn with_faults(mut story: Story, pushed: i32) -> Story {
     for (tick, (words, fault)) in story.iter_mut().enumerate() {
-        match tick {
-            700.. => (words[5], words[6]) = (65_535, 0),
-            _ => {}
+        if tick >= 700 {
+            (words[5], words[6]) = (65_535, 0);
         }
         if tick >= 500 {
             words[9] = 30_000;
@@ -261,4 +260,54 @@ fn a_hot_motor_is_held_as_in_an_image() {
         of_key(1010)
     );
     assert!(of_key(7900) > 200, "it has cooled: {}", of_key(7900));
+}
+
+/// A recorded key, at a rate at which 44 of them fit.
+#[test]
+fn recorded_strokes_are_those_of_an_image() {
+    let Some(folder) = whippen_need::recordings("kawai-grand") else {
+        return;
+    };
+    let text = std::fs::read_to_string(folder.join("key_2kHz.txt")).expect("it is there");
+    let readings = text.lines().filter_map(|line| {
+        let mut columns = line
+            .split(|c: char| c.is_whitespace() || c == ',')
+            .filter(|c| !c.is_empty());
+        columns.next()?.parse::<f64>().ok()
+    });
+    let readings: Vec<f64> = readings.collect();
+    assert!(readings.len() > 2000, "{}", readings.len());
+    let low = readings.iter().copied().fold(f64::MAX, f64::min);
+    let high = readings.iter().copied().fold(f64::MIN, f64::max);
+    let device = Device::mikey();
+    let word = |tick: usize, key: usize| {
+        let at = (tick + 211 * key) as f64 * 2000.0 / f64::from(RATE_HZ);
+        let (whole, part) = (at as usize % (readings.len() - 1), at.fract());
+        let reading = readings[whole] + part * (readings[whole + 1] - readings[whole]);
+        device
+            .word_of_position((reading - low) / (high - low) * 9.5e-3)
+            .0
+    };
+    let rest = [device.word_of_position(0.0).0; OWN];
+    let story = (0..4000).map(|tick| match tick {
+        0..300 => (rest, Fault::None),
+        _ => (
+            std::array::from_fn(|key| word(tick - 300, key)),
+            Fault::None,
+        ),
+    });
+    let programs = whippen_compiler::bundled::INSTRUMENTS;
+    let grand = programs
+        .iter()
+        .find(|(name, _)| *name == "grand-piano.whip");
+    let compiled = compiled(grand.expect("it is bundled").1);
+    let (image, _) = agree(BoardKind::Rp2350, &compiled, &setup(), &story.collect());
+    let most = image
+        .drives
+        .iter()
+        .flatten()
+        .map(|word| i32::from(word.abs()))
+        .max();
+    assert!(most > Some(RATED as i32 / 16), "{most:?}");
+    assert_eq!(image.told, [0, 0, u32::MAX]);
 }

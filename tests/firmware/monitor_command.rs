@@ -161,6 +161,10 @@ fn losing_line(board: String) -> String {
     std::thread::spawn(move || {
         let (mut client, _) = listener.accept().expect("somebody");
         let mut board = TcpStream::connect(board).expect("the board");
+        // A line waits for nothing, lest the board plays on between two requests.
+        for end in [&client, &board] {
+            end.set_nodelay(true).expect("a socket");
+        }
         let mut asked = client.try_clone().expect("both ways");
         let mut to_board = board.try_clone().expect("both ways");
         std::thread::spawn(move || {
@@ -199,8 +203,9 @@ fn a_line_that_loses_answers_is_told() {
     ] {
         let mut board = Emulated::start(&image, &sense, "0");
         board.at[1] = losing_line(board.at[1].clone());
-        let capture = ["--keys", "4", "--capture", "1", "--trigger", "begin"];
-        let said = board.monitor(&[&capture, more].concat());
+        let capture = "--keys 4 --capture 1 --trigger begin --seconds 300ms";
+        let capture: Vec<&str> = capture.split(' ').collect();
+        let said = board.monitor(&[&capture[..], more].concat());
         let stdout = text(&said.stdout);
         assert!(said.status.success(), "{stdout}{}", text(&said.stderr));
         assert!(stdout.lines().any(|line| line == told), "{stdout}");

@@ -11,9 +11,10 @@
         .global board_begin
         .type   board_begin, %function
 board_begin:
+        .set    NTH, 0
         push    {r4, lr}
         ldr     r1, =PIO0
-        ldr     r2, =knob
+        ldr     r2, =knob + 64 * NTH    @ the same literal as below
         ldr     r4, [r1, #0xc]          @ FLEVEL: how many words there are of each, four at most
         ldr     r0, [r2, #K_TICK]
         ubfx    r4, r4, #4, #4
@@ -21,7 +22,6 @@ board_begin:
         beq     9f
         add     r0, r0, r4
         str     r0, [r2, #K_TICK]
-        .set    NTH, 0
         .rept   KNOBS
         ldr     r1, =PIO0
         ldr     r2, =knob + 64 * NTH

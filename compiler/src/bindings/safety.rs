@@ -11,8 +11,8 @@ use whippen_firmware::{SAFETY_BYTES, SAFETY_WORDS, safety_faults};
 
 use super::Interface;
 
-/// In C: `$name_` and `$NAME_` stand for the keys' prefix, `$X` for a number, lines from `@PAST` to `@END`
-/// are for keys whose energy is limited.
+/// In C: `$name_` and `$NAME_` stand for the keys' prefix, `$X` for a number, lines from `@PAST` to
+/// `@END` are for keys whose energy is limited.
 const TEXT: &str = include_str!("safety.c");
 
 /// What is told, with its type in C and in Rust.

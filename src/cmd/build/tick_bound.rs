@@ -64,7 +64,8 @@ pub fn board_to_link_for(setup: &ImageSetup) -> Board {
 }
 
 impl TickBound {
-    /// Of objects with the code of an instrument's keys, and of what guards them, if that is wanted.
+    /// Of objects with the code of an instrument's keys, and of what guards them, if that is
+    /// wanted.
     ///
     /// # Errors
     /// It has no bound, or no place on the board.

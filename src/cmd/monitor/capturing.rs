@@ -218,18 +218,7 @@ impl CaptureArgs {
         as_json: bool,
     ) -> Outcome {
         let wanted = self.wanted(known)?;
-        for (core, own) in wanted.captures.iter().enumerate() {
-            let room = capture_room(facts, core);
-            let most = own.ticks_max(room.end.saturating_sub(room.start));
-            if own.ticks > most {
-                let rate_hz = facts.rate_hz();
-                return Err(Failure::Usage(format!(
-                    "--seconds {}: core {core} has memory for {:.3} s of these",
-                    self.seconds,
-                    f64::from(most) / rate_hz
-                )));
-            }
-        }
+        self.check_room(facts, &wanted)?;
         let block = |core: usize| facts.word([Fact::Capture0, Fact::Capture1][core.min(1)]);
         // The one that waits for its trigger comes last, lest it has it before the other one waits.
         let mut order: Vec<usize> = (0..wanted.captures.len()).collect();
@@ -270,6 +259,22 @@ impl CaptureArgs {
             0 => Ok(()),
             _ => Err(Failure::Program),
         }
+    }
+
+    /// That the board has memory for what is wanted.
+    fn check_room(&self, facts: &Facts, wanted: &CapturePlan) -> Outcome {
+        for (core, own) in wanted.captures.iter().enumerate() {
+            let room = capture_room(facts, core);
+            let most = own.ticks_max(room.end.saturating_sub(room.start));
+            if own.ticks > most {
+                return Err(Failure::Usage(format!(
+                    "--seconds {}: core {core} has memory for {:.3} s of these",
+                    self.seconds,
+                    f64::from(most) / facts.rate_hz()
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// Has the program that plays begin anew.

@@ -4,6 +4,7 @@ use whippen_compiler::board::{AccessTime, timing};
 use whippen_compiler::budget::{
     Program as Bytes, calling_tick_without_waiting, tick_without_waiting,
 };
+use whippen_compiler::firmware::with_values_from;
 use whippen_compiler::firmware::{SAFETY_WORDS, Setup, core_block, safe_tick_name, safety_object};
 use whippen_compiler::image::{
     Board as LinkBoard, Image, Input, Memory, MemoryKind, Placement, Start, link,
@@ -41,6 +42,7 @@ impl Linked {
             arch: core.arch(),
         };
         let built = compile(&modes, &options).unwrap_or_else(|e| panic!("{e}"));
+        let built = built.with_keys_of(&with_values_from(kernel, 0), 0);
         let safety = safety_object("k", &built.layout, setup, core.arch());
         let safety = safety.unwrap_or_else(|e| panic!("{e}"));
         let inputs = [&built.object, &safety].map(|object| Input {
@@ -119,10 +121,7 @@ impl Linked {
                 continue;
             }
             match *fault {
-                Fault::Missed => self.write(
-                    safety + core_block::TICK,
-                    &(number as u32 - 2).to_le_bytes(),
-                ),
+                Fault::Missed => self.write(safety + core_block::TICK, &(number - 2).to_le_bytes()),
                 Fault::Live(value) => self.write(
                     state + layout.live_param(0).expect("it is live"),
                     &value.to_le_bytes(),

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use whippen_compiler::bindings::{Interface, SafetyInterface, c_header, c_source};
-use whippen_compiler::firmware::{Setup, safety_numbers};
-use whippen_compiler::kernel::verify;
+use whippen_compiler::firmware::{Setup, safety_numbers, with_values_from};
+use whippen_compiler::kernel::{Live, verify};
 use whippen_compiler::pipeline::Compiled;
 
 use super::{Fault, OWN, Played, Story};
@@ -38,7 +38,8 @@ int main(int count, char **given) {
 /// undefined; none where there is no compiler.
 pub fn of_c(compiled: &Compiled, setup: &Setup, story: &Story, first: u32) -> Option<Played> {
     let gcc = whippen_need::tool("gcc")?;
-    let kernel = verify(&compiled.lowered.kernel).expect("a kernel");
+    let kernel = with_values_from(&compiled.lowered.kernel, 0);
+    let kernel = verify(&kernel).expect("a kernel");
     let numbers = safety_numbers(setup).unwrap_or_else(|e| panic!("{e}"));
     let own = Interface::of_c(compiled, kernel, "k", OWN as u32)
         .with_safety(Some(SafetyInterface::of_c(numbers)));
@@ -49,9 +50,10 @@ pub fn of_c(compiled: &Compiled, setup: &Setup, story: &Story, first: u32) -> Op
     ));
     std::fs::create_dir_all(&folder).expect("a folder");
     let source = format!("#include \"k.h\"\n\n{}", c_source(&own).expect("C text"));
-    let live = match compiled.lowered.kernel.lives.is_empty() {
-        true => "",
-        false => "if (what[0] == 2) k_state.live_push = what[1];",
+    let is_pushed = |live: &Live| live.name == "push";
+    let live = match compiled.lowered.kernel.lives.iter().any(is_pushed) {
+        true => "if (what[0] == 2) k_state.live_push = what[1];",
+        false => "",
     };
     for (name, text) in [
         ("k.h", c_header(&own)),
@@ -89,7 +91,7 @@ pub fn of_c(compiled: &Compiled, setup: &Setup, story: &Story, first: u32) -> Op
         .spawn()
         .expect("it starts");
     let mut input = child.stdin.take().expect("its input");
-    let bytes: Vec<u8> = story.iter().flat_map(|row| row_of_c(row)).collect();
+    let bytes: Vec<u8> = story.iter().flat_map(row_of_c).collect();
     let written = std::thread::spawn(move || input.write_all(&bytes));
     let output = child.wait_with_output().expect("it ends");
     written.join().expect("it ends").expect("it is read");
