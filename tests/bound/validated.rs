@@ -143,7 +143,11 @@ fn fault(
         Halfwords::Narrow(first) => vec![first],
         Halfwords::Wide(first, second) => vec![first, second],
     };
-    (faulty != inst && words.len() as u32 == halves).then_some((what, words))
+    let is_other = (0..)
+        .step_by(2)
+        .zip(&words)
+        .any(|(by, half)| code.half(at + by) != Some(*half));
+    (is_other && words.len() as u32 == halves).then_some((what, words))
 }
 
 fn faulty_operands(kind: u64, inst: Inst) -> Option<(&'static str, Inst)> {
@@ -164,7 +168,10 @@ fn faulty_operands(kind: u64, inst: Inst) -> Option<(&'static str, Inst)> {
             "a shift + 1"
         }
         4 => {
-            faulty.cond = faulty.cond?.invert();
+            match inst.op() {
+                Op::IT => faulty.imm ^= 0x10,
+                _ => faulty.cond = faulty.cond?.invert(),
+            }
             "the opposite condition"
         }
         5 => {

@@ -10,6 +10,12 @@ use crate::truth::{Truth, Variable};
 /// A closed interval.
 pub(crate) type Interval = (i128, i128);
 
+/// How often a sum is taken apart.
+const DEPTH_MAX: usize = 3;
+
+/// How many sums with the same last atom are looked at, the latest.
+const SUMS_MAX: usize = 6;
+
 /// Beyond all that can be.
 const FAR: i128 = 1 << 120;
 
@@ -23,6 +29,8 @@ pub(crate) struct Known {
     facts: FxHashMap<Term, Interval>,
     /// By primitive: always, by what the term is.
     always: FxHashMap<Term, Interval>,
+    /// By the last atom of it: primitives of several atoms of which something is known.
+    sums: FxHashMap<Atom, Vec<Term>>,
     /// By primitive, found before.
     found: FxHashMap<Term, Interval>,
     /// By diagram: what it is on this path.
@@ -39,6 +47,7 @@ impl Known {
     /// Forgets what holds on a path.
     pub fn forget(&mut self) {
         self.facts.clear();
+        self.sums.clear();
         self.found.clear();
         self.settled.clear();
     }
@@ -83,19 +92,75 @@ impl Terms {
         if let Some(found) = self.known.found.get(&primitive) {
             return *found;
         }
+        let all = self.bounds_by_parts(primitive, DEPTH_MAX);
+        self.known.found.insert(primitive, all);
+        all
+    }
+
+    /// From atoms, from what is known of the whole, and from what is known of a part of it and of
+    /// the rest.
+    fn bounds_by_parts(&mut self, primitive: Term, depth: usize) -> Interval {
         let parts = self.sum(primitive).parts.clone();
         let mut all = (0, 0);
-        for (atom, by) in parts {
-            let (low, high) = scaled(self.bounds_of_atom(atom), by);
+        for (atom, by) in &parts {
+            let (low, high) = scaled(self.bounds_of_atom(*atom), *by);
             all = ((all.0 + low).max(-FAR), (all.1 + high).min(FAR));
         }
+        all = self.met_with_facts(primitive, all);
+        if depth == 0 || parts.len() < 3 {
+            return all;
+        }
+        for (atom, by) in parts.iter().rev() {
+            let sums = self.known.sums.get(atom).cloned().unwrap_or_default();
+            for sum in sums.into_iter().rev().take(SUMS_MAX) {
+                let own = self.sum(sum).parts.last().map_or(1, |(_, own)| *own);
+                if sum == primitive || by % own != 0 {
+                    continue;
+                }
+                let Ok(rest) = self.add_scaled(primitive, sum, -(by / own)) else {
+                    continue;
+                };
+                if self.sum(rest).parts.len() >= parts.len() {
+                    continue;
+                }
+                let (low, high) = scaled(self.met_with_facts(sum, (-FAR, FAR)), by / own);
+                let (factor, rest, constant) = self.primitive(rest);
+                let of_rest = match self.number(rest) {
+                    Some(number) => (number, number),
+                    None => {
+                        let (low, high) = scaled(self.bounds_by_parts(rest, depth - 1), factor);
+                        (low + constant, high + constant)
+                    }
+                };
+                let sum = (low + of_rest.0, high + of_rest.1);
+                all = meet(all, (sum.0.max(-FAR), sum.1.min(FAR)));
+            }
+        }
+        all
+    }
+
+    fn met_with_facts(&self, primitive: Term, mut all: Interval) -> Interval {
         for facts in [&self.known.facts, &self.known.always] {
             if let Some(fact) = facts.get(&primitive) {
                 all = meet(all, *fact);
             }
         }
-        self.known.found.insert(primitive, all);
         all
+    }
+
+    /// Remembers that something is known of a sum of several atoms.
+    fn remember_sum(&mut self, primitive: Term) {
+        let parts = &self.sum(primitive).parts;
+        let last = parts
+            .last()
+            .filter(|_| parts.len() > 1)
+            .map(|(atom, _)| *atom);
+        if let Some(last) = last {
+            let sums = self.known.sums.entry(last).or_default();
+            if !sums.contains(&primitive) {
+                sums.push(primitive);
+            }
+        }
     }
 
     fn bounds_of_atom(&mut self, atom: Atom) -> Interval {
@@ -182,6 +247,7 @@ impl Terms {
         }
         let fact = self.known.facts.entry(primitive).or_insert(new);
         *fact = meet(*fact, new);
+        self.remember_sum(primitive);
         // What was found of others may be less than is known now, and is as true.
         self.known.found.insert(primitive, new);
         self.learn_below(primitive, new)
@@ -221,6 +287,7 @@ impl Terms {
         let fact = self.known.always.entry(primitive).or_insert(range);
         *fact = meet(*fact, range);
         let fact = *fact;
+        self.remember_sum(primitive);
         if let Some(found) = self.known.found.get_mut(&primitive) {
             *found = meet(*found, fact);
         }

@@ -134,6 +134,13 @@ impl Terms {
             return Ok(self.constant(0));
         }
         let (factor, primitive, constant) = self.primitive(term);
+        // max(max(x, 0) - k, 0) = max(x - k, 0)
+        if let (1, Some(atom), ..=0) = (factor, self.only_atom(primitive), constant)
+            && let Kind::Positive(inner) = *self.kind(atom)
+        {
+            let less = self.plus(inner, constant)?;
+            return self.positive(less);
+        }
         if factor < 0 && constant % factor != 0 {
             let negative = self.scale(term, -1)?;
             let positive = self.of(Kind::Positive(negative));
