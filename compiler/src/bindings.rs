@@ -19,6 +19,7 @@ mod c;
 mod c_source;
 mod interface;
 mod rust;
+mod safety;
 
 use whippen_c99::Component;
 use whippen_isa::Arch;
@@ -27,6 +28,7 @@ use whippen_rate::Rate;
 pub use c::c_header;
 pub use c_source::c_source;
 pub use rust::rust_module;
+pub use safety::SafetyInterface;
 
 /// A word of each key that enters or leaves.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,6 +123,8 @@ pub struct Interface {
     pub arch: Option<Arch>,
     /// The kernel, where the code is C text; its state lies behind everything.
     pub component: Option<Component>,
+    /// The safety of the keys, where it is part of the file.
+    pub safety: Option<SafetyInterface>,
 }
 
 /// What a field of the state holds.
@@ -150,6 +154,12 @@ struct Field {
 }
 
 impl Interface {
+    /// The same with the safety of its keys.
+    #[must_use]
+    pub fn with_safety(self, safety: Option<SafetyInterface>) -> Interface {
+        Interface { safety, ..self }
+    }
+
     /// The same for keys that are numbered from there on.
     #[must_use]
     pub fn with_first_key(self, first_key: u32) -> Interface {

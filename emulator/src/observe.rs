@@ -3,8 +3,10 @@
 use whippen_isa::Inst;
 use whippen_isa::timing::Cost;
 
+use crate::cpu::Cpu;
+
 /// One executed instruction.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Step<'a> {
     /// Which core.
     pub core: usize,
@@ -16,6 +18,8 @@ pub struct Step<'a> {
     pub cycle: u64,
     /// Cycles it took, by reason, wait states included.
     pub cost: Cost,
+    /// The core behind it: its registers, and where it goes on.
+    pub cpu: &'a Cpu,
 }
 
 /// Whoever watches. The run without one costs nothing for it.

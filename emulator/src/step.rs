@@ -158,6 +158,7 @@ impl Core {
                 inst,
                 cycle,
                 cost,
+                cpu: &self.cpu,
             });
         }
         self.cycle += u64::from(cost.cycles());

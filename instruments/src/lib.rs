@@ -82,6 +82,8 @@ pub const BOARDS: &[Text] = texts! {
     "rp2350"
     "rp2040"
     "pico2_knob"
+    "pico2_two_knobs"
+    "pico2_four_knobs"
     "pico2_strings"
     "rp2350b_bench"
     "stm32f4"

@@ -20,6 +20,9 @@ mod mailbox;
 mod memory;
 mod sound;
 mod start;
+mod steps;
+
+use std::ops::Range;
 
 use whippen_compiler::board::Board;
 use whippen_compiler::firmware::{
@@ -35,6 +38,8 @@ use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Sto
 use self::load::Frames;
 pub use self::load::{CoreLoad, Load};
 use self::mailbox::Mailbox;
+use self::steps::StepRecorder;
+pub use self::steps::{BoardStep, BoardSteps, REGISTERS};
 use crate::board;
 use crate::device::Device;
 use crate::image::{self, ImageInstrument};
@@ -85,6 +90,8 @@ pub struct Emulated {
     mailbox: Mailbox,
     /// Samples to come that are of ticks before the first.
     samples_before: usize,
+    /// Instruction by instruction, where that is wanted.
+    steps: Option<Box<StepRecorder>>,
     /// The words of the last tick.
     last_words: Vec<u16>,
     trouble: Option<String>,
@@ -186,6 +193,7 @@ impl Emulated {
             load,
             mailbox: Mailbox::default(),
             samples_before: 0,
+            steps: None,
             last_words: Vec::new(),
             trouble: None,
         })
@@ -221,6 +229,19 @@ impl Emulated {
     /// Why it stopped, if it did.
     pub fn trouble(&self) -> Option<&str> {
         self.trouble.as_deref()
+    }
+
+    /// From now on it keeps the cycles of every tick, and of these ticks (the first is 0) every
+    /// instruction.
+    pub fn record_steps(&mut self, ticks: Range<u64>) {
+        self.steps = Some(Box::new(StepRecorder::new(ticks, self.machine.cores())));
+    }
+
+    /// What was kept, where it was wanted.
+    pub fn take_steps(&mut self) -> Option<BoardSteps> {
+        let mut steps = self.steps.take()?.steps;
+        steps.segments.clone_from(&self.image.image.segments);
+        Some(steps)
     }
 
     /// What the run took so far.
@@ -304,6 +325,9 @@ impl Emulated {
     /// were back in the code that it interrupted.
     fn until_served(&mut self, tick: u32) -> Result<bool, String> {
         let (request, deadline) = (self.request_cycle(tick - 1)?, self.request_cycle(tick)?);
+        if let (Some(steps), Some(of_keys)) = (&mut self.steps, self.load.ticks.checked_sub(1)) {
+            steps.begin(of_keys, request);
+        }
         loop {
             // Not beyond the next request, lest its frame is taken for this one.
             let left = deadline.saturating_sub(self.cycle());
@@ -314,7 +338,12 @@ impl Emulated {
             };
             if self.all(served)? {
                 let cores = self.cores();
-                let slowest = cores.map(|core| self.frames.served(core, request)).max();
+                let took = cores.map(|core| self.frames.served(core, request));
+                let took: Vec<u64> = took.collect();
+                let slowest = took.iter().max().copied();
+                if let Some(steps) = &mut self.steps {
+                    steps.end(took);
+                }
                 return Ok(slowest.is_none_or(|cycles| request + cycles <= deadline));
             }
             if self.ticks()? > tick.saturating_add(2) {
@@ -346,7 +375,12 @@ impl Emulated {
     fn slice(&mut self, cycles: u64) -> Result<Option<usize>, String> {
         let until = self.cycle() + cycles;
         self.frames.has_resumed = false;
-        match self.machine.run_observed(until, &mut self.frames) {
+        let frames = &mut self.frames;
+        let stop = match self.steps.as_mut().filter(|steps| steps.is_recording()) {
+            Some(steps) => self.machine.run_observed(until, &mut steps.with(frames)),
+            None => self.machine.run_observed(until, frames),
+        };
+        match stop {
             Stop::Limit => Ok(None),
             Stop::Breakpoint { core, .. } => Ok(Some(core)),
             stop => Err(format!("the board stopped: {stop}")),

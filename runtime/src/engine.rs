@@ -222,6 +222,14 @@ impl<'c> Engine<'c> {
         }
     }
 
+    /// The board, to tell it what to keep.
+    pub(crate) fn board_mut(&mut self) -> Option<&mut Emulated> {
+        match self {
+            Engine::Emulated(_, board) => Some(board),
+            _ => None,
+        }
+    }
+
     /// The exported value of the last tick (SI; states and bools as indices); not a number where
     /// the engine does not [observe](Engine::observes).
     pub fn value(&self, key: usize, index: usize, export: &Export) -> f64 {

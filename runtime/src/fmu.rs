@@ -71,7 +71,7 @@ fn variables(compiled: &Compiled, device: &Device) -> Vec<Variable> {
         let low_high = (port.sensor.low, port.sensor.high);
         Variable {
             name: sense.name.clone(),
-            unit: sense.dim.unit(),
+            unit: sense.unit.to_string(),
             start: 0.0_f64.clamp(low_high.0, low_high.1),
             attributes: "causality=\"input\"".to_string(),
         }
@@ -90,7 +90,7 @@ fn variables(compiled: &Compiled, device: &Device) -> Vec<Variable> {
         let (low, high) = (live.range.low, live.range.high);
         Variable {
             name: live.name.clone(),
-            unit: live.dim.map_or("1".to_string(), |dim| dim.unit()),
+            unit: live.unit.clone(),
             start: (live.value / lsb).round() * lsb,
             attributes: format!(
                 "causality=\"parameter\" variability=\"tunable\" min=\"{low:e}\" max=\"{high:e}\""

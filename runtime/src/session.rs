@@ -14,11 +14,13 @@
 
 mod between;
 mod columns;
+mod happenings;
 mod recorder;
 pub(crate) mod watch;
 
 use std::fmt;
 use std::iter::Peekable;
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -27,7 +29,7 @@ use whippen_compiler::pipeline::Compiled;
 use crate::automation::Change;
 use crate::coil::Coil;
 use crate::device::Device;
-use crate::emulated::Load;
+use crate::emulated::{BoardSteps, Emulated, Load};
 use crate::engine::{Engine, EngineKind};
 use crate::files::FileError;
 use crate::measured_loop::{LoopDistance, MeasuredLoop};
@@ -40,8 +42,9 @@ pub use columns::{
     event_headings, marked, recorded, roles, roles_of_all, roles_of_run, sticking_titles, suffix,
     title, titles, unit, unit_of_cell,
 };
+pub use happenings::{Emitted, Happenings, LISTED_MAX};
 use recorder::Recorder;
-pub use recorder::{Emitted, Happenings, Keep, LISTED_MAX, Recording};
+pub use recorder::{Keep, Recording};
 
 /// What a run counted.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -95,6 +98,8 @@ pub struct Run {
     pub happenings: Happenings,
     /// What it took on the board, on the engine `emulated`.
     pub load: Option<Load>,
+    /// What the board did, instruction by instruction, where that was wanted.
+    pub steps: Option<BoardSteps>,
     /// Whether its columns were chosen, so that figures draw all of them.
     pub is_chosen: bool,
     /// Titles of the columns of chosen points of strings.
@@ -244,6 +249,7 @@ pub(crate) fn record_body(
 ) -> Result<Run, RunError> {
     let mut engine = Engine::new(kind, compiled, device, 1).map_err(RunError::Engine)?;
     let (is_chosen, stop) = (recording.is_chosen(), recording.stop());
+    let steps = recording.steps();
     let is_stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
     let points = recording.point_titles();
     let mut changes = recording.changes(compiled.model.rate_hz).peekable();
@@ -253,9 +259,7 @@ pub(crate) fn record_body(
     let kernel = &compiled.lowered.kernel;
     let mut places = vec![0.0; compiled.model.senses.len()];
     let (mut words, mut drive) = (vec![0; places.len()], vec![0; kernel.outputs.len()]);
-    if recorder.listens() {
-        engine.listen().map_err(RunError::Engine)?;
-    }
+    keep(&mut engine, recorder.listens(), steps).map_err(RunError::Engine)?;
     for tick in 0..ticks {
         body.move_to(tick, (tick > 0).then_some(&drive), &mut places);
         watch.words(tick, &places, &mut words);
@@ -288,11 +292,23 @@ pub(crate) fn record_body(
         counts: watch.counts,
         ticks_wanted: ticks,
         load: engine.board().map(|board| board.load()),
+        steps: engine.board_mut().and_then(Emulated::take_steps),
         is_chosen,
         points,
         frictions,
         beside: None,
     })
+}
+
+/// Tells a board what it is to keep: what it lets hear, the instructions of ticks.
+fn keep(engine: &mut Engine, sound: bool, steps: Option<Range<u64>>) -> Result<(), String> {
+    if sound {
+        engine.listen()?;
+    }
+    if let (Some(ticks), Some(board)) = (steps, engine.board_mut()) {
+        board.record_steps(ticks);
+    }
+    Ok(())
 }
 
 /// Makes the changes of live values that are due in a tick.

@@ -38,6 +38,7 @@ const SCRIPTS: &[&str] = &[
     include_str!("studio/language.js"),
     include_str!("studio/editor.js"),
     include_str!("studio/budget.js"),
+    include_str!("studio/emulated.js"),
     include_str!("studio/page.js"),
 ];
 

@@ -30,7 +30,7 @@ fn meaning(compiled: &Compiled, device: &Device) -> Value {
     let ports = device.ports_of(model);
     let senses = model.senses.iter().zip(&ports).map(|(sense, port)| {
         json!({
-            "name": sense.name, "unit": sense.dim.unit(),
+            "name": sense.name, "unit": sense.unit,
             "low": port.sensor.low, "high": port.sensor.high,
         })
     });
@@ -42,7 +42,7 @@ fn meaning(compiled: &Compiled, device: &Device) -> Value {
     });
     let lives = model.lives.iter().zip(&lowered.lives).map(|(live, of)| {
         json!({
-            "name": live.name, "unit": live.dim.map(|dim| dim.unit()), "lsb": of.lsb,
+            "name": live.name, "unit": live.dim.map(|_| &live.unit), "lsb": of.lsb,
             "low": live.range.low, "high": live.range.high, "value": live.value,
         })
     });

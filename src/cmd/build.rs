@@ -40,6 +40,10 @@ pub struct Args {
     /// ticks of the instrument's key, and tells them beside what is expected
     #[arg(long, conflicts_with = "unproven")]
     self_test: bool,
+    /// A .o or .c guards its keys as an image does: force that comes up, what the motor stands,
+    /// broken sensors, energy
+    #[arg(long, conflicts_with = "self_test")]
+    safety: bool,
     /// The clock of the chip that a .o is for, such as 170MHz, where it is not the board's
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::clock)]
     clock: Option<u32>,

@@ -24,12 +24,13 @@ use whippen_compiler::firmware::Fact;
 use whippen_emulator::elf::Elf;
 use whippen_runtime::files::{self, InputKind};
 use whippen_runtime::monitor::openocd::OpenOcd;
-use whippen_runtime::monitor::{Client, MonitorError, Status, read_status};
+use whippen_runtime::monitor::{Client, Link, MonitorError, Status, read_status};
 
 use self::board::{KnownBoard, name_and_value};
 use self::capturing::CaptureArgs;
 use self::osc::Osc;
 use self::port::{Line, PortArgs};
+use self::told::Look;
 use super::file_plan::FilePlan;
 use super::option;
 use super::setup::SetupArgs;
@@ -119,12 +120,18 @@ fn of_image(args: &Args, path: &Path) -> Outcome {
             let set = stream.set_read_timeout(Some(patience));
             set.map_err(|e| Failure::Usage(format!("--openocd {address}: {e}")))?;
             let mut board = OpenOcd::new(stream);
-            watched(args, || read_status(&mut board, at), None)
+            let look = || {
+                Ok(Look {
+                    status: read_status(&mut board, at)?,
+                    lost_answers: None,
+                })
+            };
+            watched(args, look, None)
         }
         None => {
             let mut client = args.client()?;
             client.identify().map_err(failure)?;
-            watched(args, || read_status(&mut client, at), None)
+            watched(args, || look(&mut client, at), None)
         }
     }
 }
@@ -157,7 +164,15 @@ fn of_program(args: &Args) -> Outcome {
         told::cell(name, &told, args.json);
     }
     let lives = known.lives(&mut client)?;
-    watched(args, || read_status(&mut client, at), Some((&known, lives)))
+    watched(args, || look(&mut client, at), Some((&known, lives)))
+}
+
+/// The status, and what the line has lost until then.
+fn look<L: Link>(client: &mut Client<L>, at: u32) -> Result<Look, MonitorError> {
+    Ok(Look {
+        status: read_status(client, at)?,
+        lost_answers: Some(client.lost_answers()),
+    })
 }
 
 impl Args {
@@ -173,15 +188,15 @@ pub type Lives = Vec<(String, String)>;
 /// Tells the status once, or again and again.
 fn watched(
     args: &Args,
-    mut status: impl FnMut() -> Result<Status, MonitorError>,
+    mut look: impl FnMut() -> Result<Look, MonitorError>,
     known: Option<(&KnownBoard, Lives)>,
 ) -> Outcome {
     let osc = args.osc.as_deref().map(Osc::to).transpose()?;
-    let send = |status: &Status| match &osc {
-        Some(osc) => osc.send(&told::json(status, known.as_ref())),
+    let send = |look: &Look| match &osc {
+        Some(osc) => osc.send(&told::json(look, known.as_ref())),
         None => Ok(()),
     };
-    let first = status().map_err(failure)?;
+    let first = look().map_err(failure)?;
     send(&first)?;
     let text = match args.json {
         true => format!("{}\n", told::json(&first, known.as_ref())),
@@ -195,10 +210,10 @@ fn watched(
     let mut before = first;
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(Duration::from_secs_f64(pause));
-        let now = status().map_err(failure)?;
+        let now = look().map_err(failure)?;
         let ticks = |status: &Status| status.cores.first().map_or(0, |core| core.ticks);
         // A number that goes back by less than half of what there are is that of another start.
-        if ticks(&now).wrapping_sub(ticks(&before)) > u32::MAX / 2 {
+        if ticks(&now.status).wrapping_sub(ticks(&before.status)) > u32::MAX / 2 {
             return Err(failure(MonitorError::Restarted));
         }
         send(&now)?;

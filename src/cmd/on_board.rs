@@ -2,7 +2,9 @@
 
 use std::ffi::OsStr;
 
+use whippen_compiler::budget::Budget;
 use whippen_compiler::check::Program;
+use whippen_compiler::firmware::FirmwareImage;
 use whippen_compiler::keyboard::Layout;
 use whippen_compiler::model::Model;
 use whippen_compiler::source::SourceMap;
@@ -14,7 +16,7 @@ use whippen_runtime::engine::EngineKind;
 use super::option;
 use super::proof;
 use super::setup::{FIRST_NOTE, ImageSetup, find_board};
-use crate::exit::Outcome;
+use crate::exit::Failure;
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "The emulated board")]
@@ -74,7 +76,7 @@ impl BoardArgs {
         model: &Model,
         device: &Device,
         on: EmulatedBoard,
-    ) -> Outcome {
+    ) -> Result<ProvenImage, Failure> {
         // What is no instrument of a key is played once, by the first core.
         let keys = match model.is_of_key() {
             true => on.keys.max(on.cores()),
@@ -95,13 +97,24 @@ impl BoardArgs {
         layout: Layout,
         device: &Device,
         kind: BoardKind,
-    ) -> Outcome {
+    ) -> Result<ProvenImage, Failure> {
         let board = find_board(Some(OsStr::new(kind.name())), None)?;
         let setup = ImageSetup::of_board(map, models, layout, device, board)?;
         let instruments = setup.image_instruments()?;
         let image = setup.build(&instruments)?;
-        proof::check(&setup, &instruments, image, self.unproven).map(drop)
+        let judged = proof::judge(&setup, &instruments, image.clone(), self.unproven)?;
+        Ok(ProvenImage {
+            image,
+            budget: judged.budget,
+        })
     }
+}
+
+/// An image that may run, whose code knows its lines.
+pub struct ProvenImage {
+    pub image: FirmwareImage,
+    /// What is proven; none where there is no bound, and need not be.
+    pub budget: Option<Budget>,
 }
 
 /// A board that can be emulated, by its name.

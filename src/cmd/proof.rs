@@ -3,7 +3,7 @@
 
 mod program;
 
-use whippen_compiler::budget::Program as Bytes;
+use whippen_compiler::budget::{Budget, Program as Bytes};
 use whippen_compiler::deadline_diagnostic::deadline_diagnostic;
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::FirmwareImage;
@@ -27,17 +27,45 @@ pub fn check(
     image: FirmwareImage,
     unproven: bool,
 ) -> Result<Option<String>, Failure> {
+    judge(setup, instruments, image, unproven).map(|judged| judged.why)
+}
+
+/// What is known of an image that may be used.
+pub struct Judged {
+    /// Why it is not proven to be in time, where that need not be.
+    pub why: Option<String>,
+    /// While it plays its first program; none where there is no bound.
+    pub budget: Option<Budget>,
+}
+
+/// As [`check`], with what is proven.
+///
+/// # Errors
+/// As [`check`].
+pub fn judge(
+    setup: &ImageSetup,
+    instruments: &[ImageInstrument],
+    image: FirmwareImage,
+    unproven: bool,
+) -> Result<Judged, Failure> {
     match ImageProof::of(setup, instruments, image, setup.keys) {
-        Err(error) if unproven => Ok(Some(format!("no bound: {error}"))),
+        Err(error) if unproven => Ok(Judged {
+            why: Some(format!("no bound: {error}")),
+            budget: None,
+        }),
         Err(error) => Err(match setup.not_bounded(&error) {
             Failure::Usage(message) => Failure::Usage(format!("{message}\n{ANYWAY}")),
             other => other,
         }),
-        Ok(proof) if unproven => Ok(proof.why_late()),
         Ok(proof) => {
-            let reported = proof.report_missed_and_fitting(instruments);
-            reported.inspect_err(|_| tell!("{ANYWAY}"))?;
-            Ok(None)
+            if !unproven {
+                let reported = proof.report_missed_and_fitting(instruments);
+                reported.inspect_err(|_| tell!("{ANYWAY}"))?;
+            }
+            Ok(Judged {
+                why: proof.why_late(),
+                budget: proof.programs.first().map(|played| played.budget.clone()),
+            })
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod beside;
 mod outputs;
+mod steps;
 mod summary;
 
 use std::ffi::OsString;
@@ -34,6 +35,7 @@ use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::say::{self, say, tell};
 pub use outputs::Outputs;
+use steps::StepsArgs;
 pub use summary::report_load;
 
 #[derive(Debug, clap::Args)]
@@ -94,6 +96,8 @@ pub struct Args {
     watch: bool,
     #[command(flatten)]
     outputs: Outputs,
+    #[command(flatten)]
+    steps: StepsArgs,
 }
 
 impl Args {
@@ -131,6 +135,9 @@ impl Args {
             .iter()
             .find(|(_, wanted)| *wanted && self.engine.board().is_some())
         {
+            None if self.steps.is_wanted() && self.engine.board().is_none() => {
+                Err("--steps is of a board: give --engine emulated".to_string())
+            }
             Some((option, _)) => Err(format!(
                 "{option} shows values from inside of ticks, which a board does not keep; use --engine jit, which is bit for bit the same"
             )),
@@ -154,7 +161,7 @@ fn run_once(args: &Args) -> Outcome {
     let opened = Opened::words(&args.words)?;
     let (sources, name) = (&opened.sources, opened.name);
     let plan = FilePlan::default().reads(&args.files(&opened));
-    args.outputs.plan(plan).check()?;
+    args.steps.plan(args.outputs.plan(plan)).check()?;
     args.fits_engine().map_err(Failure::Usage)?;
     let (of_json, in_si) = load::json_sets(&args.set_json)?;
     let options = Options {
@@ -228,10 +235,11 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     }
     let outputs = &args.outputs;
     let (mut positions, measured) = beside::positions(outputs, &args.motion, &model)?;
-    if let Some(on) = engine.board() {
+    let prove = |on| {
         let on_board = &args.on_board;
-        on_board.prove_instrument(checked.map, &model, &device, on)?;
-    }
+        on_board.prove_instrument(checked.map, &model, &device, on)
+    };
+    let proven = engine.board().map(prove).transpose()?;
     // A board gets the image that `build` makes, in which nothing is observed.
     let compiled = load::compiled(checked.map, model, &device, engine.board().is_none())?;
     if let Some(seconds) = args.seconds {
@@ -244,6 +252,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     let recording = |columns: Vec<Recorded>| {
         let recording = outputs.recording(columns, &compiled, engine)?;
         let recording = recording.changing(automation.clone());
+        let recording = args.steps.wanted(recording);
         Ok(recording.starting(positions.start_s).until(stop))
     };
     let (mut run, mut notes) = if args.hand.closes() {
@@ -259,6 +268,7 @@ fn run_key(args: &Args, checked: &Checked, name: Option<&str>) -> Outcome {
     run.beside = measured.map(|measured| measured.beside(&compiled, &run));
     beside::report(&run);
     outputs.finish(&compiled, &run)?;
+    args.steps.write(&compiled, engine, proven.as_ref(), &run)?;
     if let Some(path) = &outputs.report {
         let made = checked.made(&notes, &device);
         let section = Section::of_run(&compiled, &run, &made);

@@ -286,7 +286,7 @@ pub fn find_board(wanted: Option<&OsStr>, keyboard: Option<&Keyboard>) -> Result
 /// How many keys a board has where nobody says: those that are wired, or the keyboard's.
 fn usual_keys_of(board: &Board, layout: &Layout, chips: u32) -> u32 {
     match (&board.knob, &board.bench) {
-        (Some(_), _) => chips,
+        (Some(knob), _) => chips * knob.count(),
         (None, Some(bench)) => chips * bench.keys(),
         (None, None) => layout.keys,
     }

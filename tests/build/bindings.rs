@@ -1,7 +1,8 @@
 //! The header and the module, judged by compilers.
 
 use whippen_compiler::bindings::{
-    Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring, c_header, rust_module,
+    Argument, EventInterface, Interface, LiveInterface, PortInterface, Ring, SafetyInterface,
+    c_header, rust_module,
 };
 
 use whippen_isa::Arch;
@@ -68,6 +69,7 @@ fn interface() -> Interface {
         }),
         arch: Some(Arch::V8M),
         component: None,
+        safety: Some(SafetyInterface::of_object()),
     }
 }
 

@@ -88,6 +88,11 @@ pub const STRICT: &[&str] = &[
 
 /// A folder with `main.c`, and what `build` writes for an ending.
 fn built(ending: &str) -> Folder {
+    built_with(ending, &[])
+}
+
+/// The same with more on the command line.
+fn built_with(ending: &str, more: &[&str]) -> Folder {
     let folder = Folder::new();
     let program = concat!(env!("CARGO_MANIFEST_DIR"), "/instruments/grand-piano.whip");
     let output = format!("piano.{ending}");
@@ -102,7 +107,9 @@ fn built(ending: &str) -> Folder {
         "-o",
         &output,
     ];
-    folder.run(WHIPPEN, &args).expect("is built");
+    folder
+        .run(WHIPPEN, &[&args[..], more].concat())
+        .expect("is built");
     folder.write("main.c", MAIN);
     folder
 }
@@ -209,6 +216,61 @@ fn both_files_have_one_interface() {
         let [object, text] = [public(&read(&object)), public(&read(&text))];
         let lacks: Vec<&String> = object.iter().filter(|line| !text.contains(line)).collect();
         assert_eq!(lacks, Vec::<&String>::new(), "{file}");
+    }
+}
+
+#[test]
+fn safety_has_one_interface() {
+    let (object, text) = (
+        built_with("o", &["--safety"]),
+        built_with("c", &["--safety"]),
+    );
+    for (file, name) in [
+        ("piano.h", "void grand_piano_safe_tick(uint32_t number);"),
+        ("piano.rs", "pub fn safe_tick(number: u32);"),
+    ] {
+        let read =
+            |folder: &Folder| std::fs::read_to_string(folder.path().join(file)).expect("written");
+        let [object, text] = [read(&object), read(&text)];
+        assert!(object.contains(name) && text.contains(name), "{file}");
+        if file == "piano.h" {
+            let bound = "grand_piano_safe_tick takes at most";
+            assert!(object.contains(bound) && !text.contains(bound), "{object}");
+        }
+        let [object, text] = [public(&object), public(&text)];
+        let lacks: Vec<&String> = object.iter().filter(|line| !text.contains(line)).collect();
+        assert_eq!(lacks, Vec::<&String>::new(), "{file}");
+    }
+    // The C text is strict, and links with a program that calls it.
+    let flags = ["-O2", "-DHOSTED", TICKS, "main.c", "piano.c", "-o", "out"];
+    let _ = text.run("gcc", &[STRICT, &flags[..]].concat());
+    let rest = ["piano.o", "-o", "out.elf", "-lgcc"];
+    let linked = [STRICT, TARGET, &[TICKS, "main.c"], &rest[..]].concat();
+    let _ = object.run("arm-none-eabi-gcc", &linked);
+}
+
+#[test]
+fn safety_is_refused_where_it_is_none() {
+    let folder = Folder::new();
+    let program = |name: &str| format!("{}/instruments/{name}", env!("CARGO_MANIFEST_DIR"));
+    let [grand, violin] = ["grand-piano.whip", "bowed-violin.whip"].map(program);
+    for (file, output, why) in [
+        (
+            &grand,
+            "piano.elf",
+            "a whole image guards its keys in any case",
+        ),
+        (&grand, "piano.wasm", "drives no motor"),
+        (&violin, "violin.c", "only an image guards those"),
+    ] {
+        let args = ["build", file, "--safety", "-o", output];
+        let said = folder.output(WHIPPEN, &args).expect("starts");
+        let told = crate::tools::text(&said.stderr);
+        assert_eq!(said.status.code(), Some(2), "{told}");
+        assert!(
+            told.contains(why) && !folder.path().join(output).exists(),
+            "{told}"
+        );
     }
 }
 

@@ -64,6 +64,8 @@ fn every_board_has_the_functions_of_the_table() {
         "stm32f4",
         "pico2_knob",
         "pico2_strings",
+        "pico2_two_knobs",
+        "pico2_four_knobs",
         "rp2350b_bench",
     ] {
         let board = board::bundled(board).expect("it is bundled");

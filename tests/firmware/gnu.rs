@@ -248,7 +248,7 @@ fn the_same_bytes_of_a_knob() {
             }),
         ],
         [
-            FirmwareError::Knobs(2),
+            FirmwareError::Knobs(2, 1),
             FirmwareError::NoCoil,
             FirmwareError::Period(3400, Rate::whole(44_100)),
         ]

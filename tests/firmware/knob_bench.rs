@@ -67,6 +67,11 @@ pub struct Built {
 
 /// Builds the only instrument of a text.
 pub fn build_knob(text: &str) -> Built {
+    build_knobs("pico2_knob", text)
+}
+
+/// The same for all knobs of a board.
+pub fn build_knobs(board: &str, text: &str) -> Built {
     let mut map = SourceMap::default();
     map.add("knob.whip", text);
     let options = Options {
@@ -77,13 +82,14 @@ pub fn build_knob(text: &str) -> Built {
     let program = program.unwrap_or_else(|| panic!("{diagnostics:#?}"));
     let model = program.instruments.into_iter().next().expect("one");
     let device = Device::bundled("gimbal").expect("it is bundled");
-    let board = board::bundled("pico2_knob").expect("it is bundled");
+    let board = board::bundled(board).expect("it is bundled");
+    let knobs = board.knob.as_ref().expect("it has knobs").count();
     let compiled = pipeline::compile(model, device.scales(), false).expect("it lowers");
-    let setup = image::setup(&compiled, &device, 1, board.cores, 21).expect("it is set up");
+    let setup = image::setup(&compiled, &device, knobs, board.cores, 21).expect("it is set up");
     let parts = [
         ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut unobserved).expect("it has modes"),
     ];
-    let layout = Layout::of_one_instrument("knob", 1, 21);
+    let layout = Layout::of_one_instrument("knob", knobs, 21);
     let borrowed = ImageInstrument::borrow_all(&parts);
     let built = pipeline::build(&layout, &borrowed, &setup, &board, &mut unobserved);
     let built = built.unwrap_or_else(|e| panic!("{e}"));
@@ -100,12 +106,14 @@ pub fn build_knob(text: &str) -> Built {
 /// The bundled knob, built once.
 pub fn bundled() -> Arc<Built> {
     static BUILT: OnceLock<Arc<Built>> = OnceLock::new();
-    let built = BUILT.get_or_init(|| {
-        let programs = whippen_compiler::bundled::INSTRUMENTS;
-        let program = programs.iter().find(|(name, _)| *name == "knob.whip");
-        Arc::new(build_knob(program.expect("it is bundled").1))
-    });
-    Arc::clone(built)
+    Arc::clone(BUILT.get_or_init(|| bundled_on("pico2_knob")))
+}
+
+/// The bundled knob on a board.
+pub fn bundled_on(board: &str) -> Arc<Built> {
+    let programs = whippen_compiler::bundled::INSTRUMENTS;
+    let program = programs.iter().find(|(name, _)| *name == "knob.whip");
+    Arc::new(build_knobs(board, program.expect("it is bundled").1))
 }
 
 /// A knob that has power.

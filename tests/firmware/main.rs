@@ -15,6 +15,8 @@ mod knob;
 mod knob_bench;
 mod knob_time;
 mod knob_wall;
+mod knobs;
+mod linked;
 mod midi;
 mod monitor;
 mod monitor_command;

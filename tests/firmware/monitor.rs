@@ -33,6 +33,10 @@ pub struct Wire {
     changes: Option<(u64, Rng)>,
     /// Ticks that were waited for.
     waited: usize,
+    /// Of so many answers to come, and of so many requests, a byte is lost.
+    loses: [usize; 2],
+    /// Whether the answer to come is one of them.
+    is_to_lose: bool,
 }
 
 impl Wire {
@@ -51,6 +55,16 @@ impl Link for Wire {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         let mut bytes = bytes.to_vec();
         self.spoil(&mut bytes);
+        if self.loses[1] > 0 {
+            self.loses[1] -= 1;
+            bytes.remove(bytes.len() / 2);
+        }
+        if self.loses[0] > 0 {
+            // What is left of an answer that was given up is no part of the next one.
+            self.rig.run(40);
+            self.rig.sent();
+        }
+        self.is_to_lose = true;
         let (port, cycle) = (self.rig.ports.uarts[0], self.rig.machine.cycle(0));
         let uart: &mut Uart = self.rig.machine.bus.device_mut(port).expect("the port");
         uart.receive(&bytes, cycle);
@@ -64,6 +78,11 @@ impl Link for Wire {
         self.waited += 4;
         let mut bytes = self.rig.sent();
         self.spoil(&mut bytes);
+        if self.is_to_lose && self.loses[0] > 0 && bytes.len() > 8 {
+            self.loses[0] -= 1;
+            self.is_to_lose = false;
+            bytes.remove(8);
+        }
         if self.changes.is_some() && bytes.is_empty() {
             // Nobody answers what was changed; a host would wait for its patience.
             self.waited += 1;
@@ -114,6 +133,8 @@ pub fn monitored(kind: BoardKind, compiled: &Compiled, baud: u32) -> Client<Wire
         rig,
         changes: None,
         waited: 0,
+        loses: [0; 2],
+        is_to_lose: false,
     };
     Client::new(wire, PATIENCE)
 }
@@ -234,6 +255,37 @@ fn what_the_line_changes_is_never_taken_for_an_answer() {
     }
     assert!(answered > 5 && lost > 0, "{answered} answers, {lost} lost");
     assert_eq!(client.link().rig.converter().overruns(), 0);
+}
+
+/// How many answers were lost is known, whether one comes in the end or not.
+#[test]
+fn lost_answers_are_counted() {
+    let compiled = compiled("virtual-spring.whip", RATE_HZ);
+    let mut client = monitored(BoardKind::Rp2350, &compiled, 3_000_000);
+    let facts = client.identify().expect("it answers");
+    let at = capture_room(&facts, 0).start;
+    let expected = client.read(at, 200).expect("a whole answer");
+    assert_eq!(client.lost_answers(), 0);
+    // An answer of four frames, whose first one is spoilt: the second is not the one that is due.
+    for (lost, counted) in [(1, 1), (2, 3)] {
+        client.link().loses[0] = lost;
+        assert!(client.read(at, 200).as_deref() == Ok(&expected[..]));
+        assert_eq!(client.lost_answers(), counted);
+    }
+    client.link().loses[0] = 3;
+    let given_up = client.read(at, 200);
+    assert!(
+        matches!(given_up, Err(MonitorError::Garbage(_))),
+        "{given_up:?}"
+    );
+    assert_eq!(client.lost_answers(), 6);
+    assert!(client.read(at, 200).as_deref() == Ok(&expected[..]));
+    assert_eq!(client.lost_answers(), 6);
+    // A request that does not arrive: its answer does not come.
+    client = Client::new(into_wire(client), Duration::from_secs(1));
+    client.link().loses[1] = 1;
+    assert_eq!(client.identify(), Ok(facts));
+    assert!((1..=2).contains(&client.lost_answers()));
 }
 
 fn into_wire(client: Client<Wire>) -> Wire {

@@ -153,6 +153,60 @@ fn it_speaks_to_an_emulated_board() {
     );
 }
 
+/// Bytes both ways between who connects and a board, but for one of the first long frame of an
+/// answer; the address to connect to.
+fn losing_line(board: String) -> String {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
+    let at = format!("localhost:{}", listener.local_addr().expect("it").port());
+    std::thread::spawn(move || {
+        let (mut client, _) = listener.accept().expect("somebody");
+        let mut board = TcpStream::connect(board).expect("the board");
+        let mut asked = client.try_clone().expect("both ways");
+        let mut to_board = board.try_clone().expect("both ways");
+        std::thread::spawn(move || {
+            // Either end may leave first.
+            let _ = std::io::copy(&mut asked, &mut to_board);
+            let _ = to_board.shutdown(std::net::Shutdown::Both);
+        });
+        let (mut frame, mut byte, mut is_lost) = (Vec::new(), [0], false);
+        while board.read(&mut byte).is_ok_and(|count| count == 1) {
+            frame.push(byte[0]);
+            if byte[0] != 0 {
+                continue;
+            }
+            if frame.len() > 240 && !is_lost {
+                frame.remove(100);
+                is_lost = true;
+            }
+            if client.write_all(&std::mem::take(&mut frame)).is_err() {
+                return;
+            }
+        }
+    });
+    at
+}
+
+#[test]
+fn a_line_that_loses_answers_is_told() {
+    let [image, sense] =
+        ["losing.elf", "losing.bin"].map(|name| temporary(name).display().to_string());
+    std::fs::write(&sense, words()).expect("it is written");
+    let built = ran(&["build", PROGRAM, "--keys", "4", "--monitor", "-o", &image]);
+    assert!(built.status.success(), "{}", text(&built.stderr));
+    for (more, told) in [
+        (&[][..], "the line lost 1 answer, which was asked for again"),
+        (&["--json"], "{\"kind\":\"line\",\"lost_answers\":1}"),
+    ] {
+        let mut board = Emulated::start(&image, &sense, "0");
+        board.at[1] = losing_line(board.at[1].clone());
+        let capture = ["--keys", "4", "--capture", "1", "--trigger", "begin"];
+        let said = board.monitor(&[&capture, more].concat());
+        let stdout = text(&said.stdout);
+        assert!(said.status.success(), "{stdout}{}", text(&said.stderr));
+        assert!(stdout.lines().any(|line| line == told), "{stdout}");
+    }
+}
+
 #[test]
 fn a_line_that_does_not_work_is_told() {
     let nobody = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");

@@ -60,6 +60,7 @@ mod report;
 mod rings;
 mod sound;
 mod stability;
+mod steps;
 mod strings;
 mod strokes;
 mod studio;

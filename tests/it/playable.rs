@@ -193,3 +193,39 @@ fn a_browser_plays_a_key_in_real_time() {
     assert!(value("events").contains("note"), "{told}");
     assert_eq!(told["wide"], true, "{told}");
 }
+
+/// Values whose dimension has several units, or none.
+const UNITS: &str = "\
+instrument units {
+    sense x: length in 0 mm .. 10 mm
+    live param pitch = 1 kHz in 20 Hz .. 2 kHz
+    live param spin = 90 deg/s in 0 deg/s .. 360 deg/s
+    live param share = 0.5 in 0 .. 1
+    live param lean = 90 deg in 0 deg .. 180 deg
+    force spring = 5 N/m * x * share * lean * (pitch / 1 kHz) * (spin / 1 rad/s)
+}
+";
+
+#[test]
+fn values_are_told_in_the_unit_of_the_text() {
+    let shell = Shell::new().with("units.whip", UNITS);
+    shell.ends(0, &["build", "units.whip", "-o", "units.wasm"]);
+    let violin = bundled("bowed-violin.whip");
+    shell.ends(0, &["build", &violin, "-o", "violin.wasm"]);
+    let tells = |file: &str, what: &str| {
+        let bytes = std::fs::read(shell.path(file)).expect("a module");
+        bytes
+            .windows(what.len())
+            .any(|part| part == what.as_bytes())
+    };
+    assert!(tells("violin.wasm", r#""name":"tilt","unit":"rad""#));
+    assert!(tells("units.wasm", r#""name":"spin","unit":"rad/s""#));
+    shell.ends(0, &["page", "units.whip", "-o", "page.html"]);
+    let script = "return [...document.querySelectorAll('#lives output')].map((one) => one.textContent.trim());";
+    let shell = shell.with("outputs.js", script);
+    let Some(value) = driven(&shell, &shell.path("outputs.js"), "") else {
+        return;
+    };
+    let wanted = serde_json::json!(["1000 Hz", "1.571 rad/s", "0.5", "1.571 rad"]);
+    assert_eq!(value, wanted);
+}

@@ -1,6 +1,9 @@
 //! The studio: the command as a module gives, byte for byte, what the command gives; and the page
 //! in a browser, where a program is written, mended, played and taken home.
 
+mod board;
+mod linked;
+
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -202,6 +205,11 @@ fn cases() -> Vec<Case> {
         case(
             "run grand-piano.whip --seconds 0.2 --out t.csv --exact --report r.html --json",
             grand,
+            &[],
+        ),
+        case(
+            "run hammond.whip --engine emulated --keys 3 --seconds 0.03 --steps s.json --steps-from 1200 --steps-ticks 2 --json",
+            hammond,
             &[],
         ),
         conversation("hammond.whip"),

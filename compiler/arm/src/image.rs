@@ -19,6 +19,7 @@
 //! | `lines` | the source line that a debugger shows for an origin |
 //! | `elf`, `dwarf`, `uf2` | files for debuggers, linkers and bootloaders |
 //! | `listing`, `map` | files for people |
+//! | `rows` | the listing as a table, for who shows it |
 //!
 //! Everything is a function of its arguments: the same program gives the same bytes. Not here:
 //! files, instructions.
@@ -35,6 +36,7 @@ mod linked;
 mod listing;
 mod map;
 mod object;
+mod rows;
 mod uf2;
 mod unwind;
 mod variables;
@@ -50,6 +52,7 @@ pub use map::map;
 pub use object::{
     Fixup, FixupKind, Hint, LineRow, Object, Section, SectionKind, Symbol, SymbolKind,
 };
+pub use rows::{CodeRow, code_rows};
 pub use uf2::uf2;
 pub use variables::{Known, Meaning, Scale, Variable, Variables};
 pub use whippen_board::{Board, Memory, MemoryKind, Placement, Start, timing};

@@ -237,7 +237,7 @@ impl Board {
     /// What no bench can be.
     pub(crate) fn bench_that_cannot_be(&self) -> Option<Contradiction> {
         let bench = self.bench.as_ref()?;
-        let (key, what) = match self.knob {
+        let (key, what) = match &self.knob {
             Some(_) => (
                 "sensors",
                 "are beside a `[knob]`: a board has one or the other".into(),

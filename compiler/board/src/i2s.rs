@@ -30,7 +30,7 @@ pub struct SoundPort {
 impl SoundPort {
     /// Cycles of the board between two frames, which are those between two ticks.
     pub fn period_cycles(board: &Board) -> u32 {
-        let knob = board.knob.map(|knob| knob.period_cycles);
+        let knob = board.knob.as_ref().map(|knob| knob.period_cycles);
         let bench = board.bench.as_ref().map(|bench| bench.period_cycles);
         knob.or(bench).unwrap_or(0)
     }
@@ -104,7 +104,7 @@ impl Board {
             wires.into_iter().map(name).collect()
         };
         let (key, what) = match (&self.knob, &self.bench) {
-            (Some(knob), _) => port.contradiction(&own("knob", knob.wires().to_vec()))?,
+            (Some(knob), _) => port.contradiction(&own("knob", knob.wires()))?,
             (None, Some(bench)) => port.contradiction(&own("bench", bench.wires()))?,
             (None, None) => (
                 "clock",

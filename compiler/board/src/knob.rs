@@ -1,11 +1,12 @@
-//! The parts of a knob on a board: which GPIO leads to its sensor and its driver, and when it is
-//! sampled.
+//! The parts of knobs on a board: which GPIO leads to their sensors and their drivers, and when
+//! they are sampled.
 //!
 //! ```text
 //!   sample ----frame, tick, at most `ahead` cycles----> the carrier's wrap takes the three phases over
 //! ```
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use crate::{Board, Contradiction};
 
@@ -18,20 +19,30 @@ const GPIO: u32 = 30;
 /// Cycles between two samples, at most and at least: the PWM's counter, and room for a frame.
 const PERIODS: [u32; 2] = [1000, 0x1_fffe];
 
-/// A knob.
+/// State machines of a block of PIO: each reads the data of one sensor.
+const MACHINES: usize = 4;
+
+/// What a knob has for itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Knob {
-    /// To the angle sensor's clock.
-    pub clock: u32,
-    /// To its select.
-    pub select: u32,
-    /// From its data.
+pub struct Shaft {
+    /// From its angle sensor's data.
     pub data: u32,
-    /// To the driver's three inputs.
+    /// To its driver's three inputs.
     pub phases: [u32; 3],
-    /// To its enable.
+}
+
+/// A knob, or several with the same parts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Knob {
+    /// To the clock of all angle sensors.
+    pub clock: u32,
+    /// To their select.
+    pub select: u32,
+    /// Each knob, one to four.
+    pub shafts: Vec<Shaft>,
+    /// To the enable of all drivers.
     pub enable: u32,
-    /// From its fault.
+    /// From their fault, which is low where one of them has one.
     pub fault: u32,
     /// Cycles from tick to tick, which are those of the carrier.
     pub period_cycles: u32,
@@ -70,28 +81,48 @@ pub(crate) fn pico_pin(gpio: u32) -> Option<u32> {
 }
 
 impl Knob {
+    /// How many knobs there are.
+    pub fn count(&self) -> u32 {
+        self.shafts.len() as u32
+    }
+
     /// What leads where, in the order of the chip's pins.
     pub fn wiring(&self) -> Vec<Wire> {
-        let [first, second, third] = self.phases;
-        let mut all = [
-            (0, "MIDI out, if it is wanted"),
-            (1, "MIDI in, if it is wanted"),
-            (self.clock, "angle sensor, clock"),
-            (self.select, "angle sensor, select"),
-            (self.data, "angle sensor, data"),
-            (first, "driver, first phase"),
-            (second, "driver, second phase"),
-            (third, "driver, third phase"),
-            (self.enable, "driver, enable; and 10 kOhm to ground"),
-            (self.fault, "driver, fault"),
+        let mut all: Vec<(u32, Cow<'static, str>)> = vec![
+            (0, "MIDI out, if it is wanted".into()),
+            (1, "MIDI in, if it is wanted".into()),
         ];
-        all.sort_unstable();
-        let wire = |(gpio, to): (u32, &'static str)| Wire {
+        let [sensors, drivers] = match self.count() {
+            1 => ["angle sensor", "driver"],
+            _ => ["all angle sensors", "all drivers"],
+        };
+        let pull = format!("{drivers}, enable; and 10 kOhm to ground");
+        all.extend([
+            (self.clock, format!("{sensors}, clock").into()),
+            (self.select, format!("{sensors}, select").into()),
+            (self.enable, pull.into()),
+            (self.fault, format!("{drivers}, fault").into()),
+        ]);
+        for (number, shaft) in (1..).zip(&self.shafts) {
+            let whose = match self.count() {
+                1 => String::new(),
+                _ => format!("knob {number}: "),
+            };
+            let [first, second, third] = shaft.phases;
+            all.extend([
+                (shaft.data, format!("{whose}angle sensor, data").into()),
+                (first, format!("{whose}driver, first phase").into()),
+                (second, format!("{whose}driver, second phase").into()),
+                (third, format!("{whose}driver, third phase").into()),
+            ]);
+        }
+        all.sort();
+        let wire = |(gpio, to)| Wire {
             gpio,
             pico_pin: pico_pin(gpio),
-            to: to.into(),
+            to,
         };
-        all.map(wire).to_vec()
+        all.into_iter().map(wire).collect()
     }
 
     /// Cycles that a tick may take from its request to its end.
@@ -105,21 +136,26 @@ impl Knob {
         (pin / 2 % 8, pin % 2 == 1)
     }
 
-    pub(crate) fn wires(&self) -> [(&'static str, u32); 8] {
-        let [first, second, third] = self.phases;
-        [
-            ("clock", self.clock),
-            ("select", self.select),
-            ("data", self.data),
-            ("phases", first),
-            ("phases", second),
-            ("phases", third),
-            ("enable", self.enable),
-            ("fault", self.fault),
-        ]
+    pub(crate) fn wires(&self) -> Vec<(&'static str, u32)> {
+        let mut all = vec![("clock", self.clock), ("select", self.select)];
+        for shaft in &self.shafts {
+            all.push(("data", shaft.data));
+            all.extend(shaft.phases.map(|pin| ("phases", pin)));
+        }
+        all.extend([("enable", self.enable), ("fault", self.fault)]);
+        all
     }
 
-    fn contradiction(&self) -> Option<(&'static str, String)> {
+    /// Why its pins cannot be wired.
+    fn miswired(&self) -> Option<(&'static str, String)> {
+        if !(1..=MACHINES).contains(&self.shafts.len()) {
+            let what = format!(
+                "has {} lines, but must have one to {MACHINES}: so many state machines has a block \
+                 of PIO, and each reads one",
+                self.shafts.len()
+            );
+            return Some(("data", what));
+        }
         let wires = self.wires();
         for (at, (key, pin)) in wires.iter().enumerate() {
             if *pin < 2 || *pin >= GPIO {
@@ -130,14 +166,31 @@ impl Knob {
                 return Some((key, format!("has pin {pin}, which `knob.{other}` has too")));
             }
         }
-        let slices = self.phases.map(|pin| Self::slice(pin).0);
-        if !self.phases[0].is_multiple_of(2)
-            || self.phases[1] != self.phases[0] + 1
-            || slices[2] == slices[0]
-        {
-            let what = "must be an even pin, the pin behind it, and one of another slice of PWM, \
-                        as in `6 7 8`";
-            return Some(("phases", what.into()));
+        let mut taken = BTreeSet::new();
+        for Shaft { phases, .. } in &self.shafts {
+            let [pair, second, single] = phases.map(|pin| Self::slice(pin).0);
+            if !phases[0].is_multiple_of(2) || phases[1] != phases[0] + 1 || single == pair {
+                let what = "must be an even pin, the pin behind it, and one of another slice of \
+                            PWM, as in `6 7 8`";
+                return Some(("phases", what.into()));
+            }
+            debug_assert_eq!(pair, second);
+            for slice in [pair, single] {
+                if !taken.insert(slice) {
+                    let what = format!(
+                        "has slice {slice} of PWM twice, but each of the two slices of a knob is \
+                         its own: a pin belongs to slice (pin / 2) modulo 8"
+                    );
+                    return Some(("phases", what));
+                }
+            }
+        }
+        None
+    }
+
+    fn contradiction(&self) -> Option<(&'static str, String)> {
+        if let Some(why) = self.miswired() {
+            return Some(why);
         }
         let [least, most] = PERIODS;
         if !(least..=most).contains(&self.period_cycles) || !self.period_cycles.is_multiple_of(2) {
@@ -164,7 +217,7 @@ impl Knob {
 impl Board {
     /// What no knob can be.
     pub(crate) fn knob_that_cannot_be(&self) -> Option<Contradiction> {
-        let (key, what) = self.knob?.contradiction()?;
+        let (key, what) = self.knob.as_ref()?.contradiction()?;
         Some(Contradiction {
             key: format!("knob.{key}"),
             what,
@@ -173,7 +226,7 @@ impl Board {
 
     /// Cycles that a tick may take where its period has so many.
     pub fn deadline_cycles(&self, period_cycles: u64) -> u64 {
-        let knob = self.knob.map(|knob| knob.deadline_cycles());
+        let knob = self.knob.as_ref().map(Knob::deadline_cycles);
         let bench = self.bench.as_ref().map(|bench| bench.deadline_cycles());
         knob.or(bench).unwrap_or(u64::MAX).min(period_cycles)
     }
@@ -183,81 +236,117 @@ impl Board {
 mod tests {
     use super::*;
 
-    const RIGHT: Knob = Knob {
-        clock: 2,
-        select: 3,
-        data: 4,
-        phases: [6, 7, 8],
-        enable: 9,
-        fault: 10,
-        period_cycles: 3400,
-        ahead_cycles: 1000,
-        supply_mv: 12_000,
-        align_mv: 2000,
-        pole_pairs: 7,
-    };
+    fn right() -> Knob {
+        Knob {
+            clock: 2,
+            select: 3,
+            shafts: vec![shaft(4, [6, 7, 8])],
+            enable: 9,
+            fault: 10,
+            period_cycles: 3400,
+            ahead_cycles: 1000,
+            supply_mv: 12_000,
+            align_mv: 2000,
+            pole_pairs: 7,
+        }
+    }
+
+    fn shaft(data: u32, phases: [u32; 3]) -> Shaft {
+        Shaft { data, phases }
+    }
+
+    /// As many as a Pico 2 takes.
+    fn four() -> Vec<Shaft> {
+        vec![
+            shaft(4, [6, 7, 8]),
+            shaft(11, [12, 13, 14]),
+            shaft(15, [16, 17, 18]),
+            shaft(19, [20, 21, 26]),
+        ]
+    }
 
     #[test]
     fn every_wire_has_its_pin() {
-        let wires = RIGHT.wiring();
-        let pins: Vec<Option<u32>> = wires.iter().map(|wire| wire.pico_pin).collect();
-        assert_eq!(pins, [1, 2, 4, 5, 6, 9, 10, 11, 12, 14].map(Some));
-        assert_eq!(Knob { fault: 23, ..RIGHT }.wiring()[9].pico_pin, None);
+        let pins = |knob: &Knob| -> Vec<Option<u32>> {
+            knob.wiring().iter().map(|wire| wire.pico_pin).collect()
+        };
+        assert_eq!(pins(&right()), [1, 2, 4, 5, 6, 9, 10, 11, 12, 14].map(Some));
+        let far = Knob {
+            fault: 23,
+            ..right()
+        };
+        assert_eq!(far.wiring()[9].pico_pin, None);
+        let all = Knob {
+            shafts: four(),
+            ..right()
+        };
+        assert!(all.contradiction().is_none() && pins(&all).iter().all(Option::is_some));
+        assert_eq!(all.wiring()[10].to, "knob 2: angle sensor, data");
     }
 
     #[test]
     fn what_cannot_be_wired_is_told() {
-        let key = |knob: Knob| knob.contradiction().map(|(key, _)| key);
-        assert_eq!((key(RIGHT), RIGHT.deadline_cycles()), (None, 630));
+        let key = |knob: &Knob| knob.contradiction().map(|(key, _)| key);
+        let knob = right();
+        assert_eq!((key(&knob), knob.deadline_cycles()), (None, 630));
+        let with = |shafts: Vec<Shaft>| Knob { shafts, ..right() };
+        let also = |one: Shaft| with([four(), vec![one]].concat());
+        let second = |one: Shaft| with(vec![four()[0], one]);
         let wrong = [
-            (Knob { data: 9, ..RIGHT }, "enable"),
-            (Knob { clock: 0, ..RIGHT }, "clock"),
-            (Knob { fault: 30, ..RIGHT }, "fault"),
+            (with(vec![shaft(9, [6, 7, 8])]), "enable"),
             (
                 Knob {
-                    phases: [7, 8, 11],
-                    ..RIGHT
+                    clock: 0,
+                    ..right()
                 },
-                "phases",
+                "clock",
             ),
             (
                 Knob {
-                    phases: [6, 7, 22],
-                    ..RIGHT
+                    fault: 30,
+                    ..right()
                 },
-                "phases",
+                "fault",
             ),
+            (with(vec![shaft(4, [7, 8, 11])]), "phases"),
+            (with(vec![shaft(4, [6, 7, 22])]), "phases"),
+            (with(vec![]), "data"),
+            (also(shaft(22, [27, 28, 29])), "data"),
+            // The pins of another knob, and its slice: 22 and 23 are of slice 3, 24 of slice 4.
+            (second(shaft(4, [12, 13, 14])), "data"),
+            (second(shaft(11, [12, 13, 22])), "phases"),
+            (second(shaft(11, [12, 13, 24])), "phases"),
             (
                 Knob {
                     period_cycles: 3401,
-                    ..RIGHT
+                    ..right()
                 },
                 "period",
             ),
             (
                 Knob {
                     ahead_cycles: 3100,
-                    ..RIGHT
+                    ..right()
                 },
                 "ahead",
             ),
             (
                 Knob {
                     align_mv: 6001,
-                    ..RIGHT
+                    ..right()
                 },
                 "align",
             ),
             (
                 Knob {
                     pole_pairs: 0,
-                    ..RIGHT
+                    ..right()
                 },
                 "pole_pairs",
             ),
         ];
         for (knob, told) in wrong {
-            assert_eq!(key(knob), Some(told), "{knob:?}");
+            assert_eq!(key(&knob), Some(told), "{knob:?}");
         }
     }
 }

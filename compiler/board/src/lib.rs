@@ -20,7 +20,7 @@ use whippen_isa::timing::Core;
 pub use bench::{Bench, CONVERSION_CYCLES, CONVERSIONS, DmaTraffic, PACE_SLICE, TICK_SLICE};
 pub use contradiction::Contradiction;
 pub use i2s::SoundPort;
-pub use knob::{FRAME_CYCLES, Knob, Wire};
+pub use knob::{FRAME_CYCLES, Knob, Shaft, Wire};
 pub use memory::{AccessTime, BANKS_MAX, BankSet, Bus, Memory, MemoryKind};
 
 /// Which sections go into a memory.

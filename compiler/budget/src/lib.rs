@@ -61,7 +61,7 @@ pub use memory::{Accessed, Extent, Interference, Lies, Others, Reach, Waits};
 pub use parts::{CutBound, Helped, Leg, PartBound};
 pub use program::Program;
 pub use report::{Budget, CoreBudget};
-pub use tick::{Tick, tick_without_waiting, ticks};
+pub use tick::{Tick, calling_tick_without_waiting, tick_without_waiting, ticks};
 pub use tick_handler::{OnCore, TickHandlerBound, ZoneBound, tick_handlers};
 pub use unknown::{Unknown, UnknownTime};
 pub use waiting::{WaitCause, Waited};

@@ -15,7 +15,10 @@ use whippen_isa::timing::{Core, Evidence, Target};
 
 use super::memory::{Interference, Reach};
 use super::program::Program;
-use super::{Annotations, Bound, ByContention, NotBounded, Query, bound, bound_by_contention};
+use super::tick_handler::find;
+use super::{
+    Annotations, Bound, ByContention, Known, NotBounded, Query, bound, bound_by_contention,
+};
 
 /// The bounds of a tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -165,6 +168,34 @@ pub fn tick_without_waiting(
         end: of(places.end, &inside)?,
     };
     tick.checked(&places)
+}
+
+/// Bounds a function around the tick of so many keys of a name, which is bounded, under the
+/// conditions of [`tick_without_waiting`].
+///
+/// # Errors
+/// What cannot be bounded, or is not there.
+pub fn calling_tick_without_waiting(
+    program: &Program,
+    function: &str,
+    (name, tick, keys): (&str, &Tick, u32),
+    core: &Core,
+) -> Result<Bound, NotBounded> {
+    let called = Known {
+        cycles: tick.cycles_max(keys),
+        stack_bytes: tick.stack_bytes_max(),
+    };
+    let annotations = Annotations {
+        known: [((None, Places::find(program, name)?.tick), called)].into(),
+        ..program.annotations.clone()
+    };
+    bound(&Query {
+        core,
+        code: &program.code,
+        entry: find(program, function)?,
+        annotations: &annotations,
+        interference: None,
+    })
 }
 
 impl Tick {

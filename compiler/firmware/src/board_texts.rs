@@ -22,7 +22,13 @@ pub(super) const KNOB: Source<'static> = Source {
     text: include_str!("knob.s"),
 };
 
-/// How its parts are started, and its motor found.
+/// A tick with several knobs.
+pub(super) const KNOBS: Source<'static> = Source {
+    name: "firmware/knobs.s",
+    text: include_str!("knobs.s"),
+};
+
+/// How their parts are started, and their motors found; a knob's too.
 pub(super) const KNOB_START: Source<'static> = Source {
     name: "firmware/knob_start.s",
     text: include_str!("knob_start.s"),

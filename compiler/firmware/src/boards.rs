@@ -5,7 +5,7 @@ use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
 use super::board_texts::{
-    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, RP2,
+    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, KNOBS, RP2,
     RP2350_START, UNHEARD,
 };
 use super::monitor;
@@ -53,6 +53,8 @@ enum Parts {
     Converter,
     /// A knob on the chip's pins.
     Knob,
+    /// Several.
+    Knobs,
     /// A bench of keys on them.
     Bench,
 }
@@ -60,6 +62,7 @@ enum Parts {
 impl Parts {
     fn of(board: &Board) -> Parts {
         match (&board.knob, &board.bench) {
+            (Some(knob), _) if knob.count() > 1 => Parts::Knobs,
             (Some(_), _) => Parts::Knob,
             (None, Some(_)) => Parts::Bench,
             (None, None) => Parts::Converter,
@@ -80,6 +83,9 @@ const RP2350: &[(&str, i64)] = &[
 
 /// Devices of the texts for chips of Raspberry Pi.
 const RP2_DEVICES: &[&str] = &["converter", "uart", "io_bank0", "watchdog"];
+
+/// Devices of the texts for knobs.
+const KNOB_DEVICES: &[&str] = &["uart", "io_bank0", "pads_bank0", "watchdog", "pwm", "pio0"];
 
 /// All of them.
 const TEXTS: &[Texts] = &[
@@ -103,7 +109,18 @@ const TEXTS: &[Texts] = &[
         tick: KNOB,
         rest: &[RP2350_START, RP2, KNOB_START],
         constants: RP2350,
-        devices: &["uart", "io_bank0", "pads_bank0", "watchdog", "pwm", "pio0"],
+        devices: KNOB_DEVICES,
+    },
+    Texts {
+        arch: Arch::V8M,
+        cores: 1,
+        start: Start::ImageDef,
+        parts: Parts::Knobs,
+        clock_hz: 150_000_000,
+        tick: KNOBS,
+        rest: &[RP2350_START, RP2, KNOB_START],
+        constants: RP2350,
+        devices: KNOB_DEVICES,
     },
     Texts {
         arch: Arch::V8M,
@@ -450,6 +467,16 @@ pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards, monitored: bool) ->
     let capture = monitored.then_some(texts.instead_of(monitor::CAPTURE));
     let board = board.heard.into_iter().chain([board.tick]);
     own.chain(capture).chain(board).collect()
+}
+
+/// What guards keys, from the service on.
+pub(super) fn safety_texts(arch: Arch) -> impl Iterator<Item = Source<'static>> {
+    let frame = match arch {
+        Arch::V6M => SMALL_FRAME,
+        _ => FRAME,
+    };
+    let is_before = |source: &&Source| !source.name.ends_with("service.s");
+    frame.iter().skip_while(is_before).copied()
 }
 
 /// The frame in the instructions of ARMv6-M.

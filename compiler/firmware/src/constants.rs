@@ -29,7 +29,7 @@ const PASSED_MESSAGES: u64 = 64;
 const PREFIX: u64 = 88 << 4 | 0xb;
 
 /// The gain of a key in its record.
-const GAIN: u32 = 4;
+pub(super) const GAIN: u32 = 4;
 /// Ticks between two turns of a key's service.
 const TURNS: u64 = 16;
 /// How long force takes to come back.
@@ -75,8 +75,8 @@ pub fn constants(
         let first = core.zones.first();
         first.and_then(|zone| zone.layout().gain(0)).unwrap_or(GAIN)
     };
-    let ticks = |ms: u64| setup.rate_hz.ticks_in(ms);
     let mut all = assembly_constants();
+    all.extend(guard_constants(setup, board.board.arch)?);
     let mut put = |name: &str, value: u64| {
         all.insert(name.to_string(), value as i64);
     };
@@ -105,39 +105,12 @@ pub fn constants(
     put("FULL_SCALE", FULL_SCALE as u64);
     put("PROGRAMS", programs.len() as u64);
     put("FIRST_NOTE", setup.first_note.into());
-    let turns = match setup.guards() {
-        Guards::Keys => TURNS,
-        // One gain is for all ports, and moves in every tick.
-        Guards::Ports => 1,
-    };
-    put("STEP", (65_536 * turns).div_ceil(ticks(RAMP_MS).max(turns)));
     let ports = match setup.guards() {
         Guards::Keys => 0,
         Guards::Ports => setup.ports.len() as u64,
     };
     put("PORTS", ports);
     put("SMALL", (board.board.arch == Arch::V6M).into());
-    put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));
-    if let Some(motor) = setup.motor_of_keys() {
-        let heat = Heat::of(&motor, setup.rate_hz, TURNS)?;
-        put("RATED2", heat.rated2);
-        put("HEAT_SHIFT", heat.shift);
-        put("HEAT_MAX", heat.max);
-        put("CEILING_HOT", rounded(2 * motor.rated).into());
-        put("MOVED", rounded(motor.newton).into());
-        // Twice as much is a word of the texts.
-        put("AGE_RAIL", ticks(RAIL_MS).clamp(1, 0x7fff));
-        put("AGE_FROZEN", ticks(FROZEN_MS).clamp(1, 0x7fff));
-        let [low, high] = setup.ports[0].mid_travel;
-        put("MID_LOW", low.into());
-        put("MID_HIGH", high.into());
-    }
-    let passivity = passivity(setup, board)?;
-    put("PAST", passivity.past.into());
-    put("DAMPING", passivity.damping.into());
-    put("CREDIT", passivity.credit.into());
-    // A gain is less than 1 when less than a quarter to a half of the credit is left.
-    put("CREDIT_SHIFT", u64::from(passivity.credit.ilog2() - 17));
     put("MONITOR", setup.monitor.is_some().into());
     put("FINE", setup.fine_velocity.into());
     put("PASS", setup.passes_midi.into());
@@ -157,15 +130,56 @@ pub fn constants(
     if let Some(monitor) = &setup.monitor {
         all.extend(monitor.serial_constants(board.board)?);
     }
-    let of_knob = knob::constants(setup, board)?.into_iter();
-    all.extend(of_knob.map(|(name, value)| (name.to_string(), value)));
+    all.extend(knob::constants(setup, board)?);
     all.extend(bench::constants(setup, board)?);
     all.extend(i2s::constants(board.board));
     Ok(all)
 }
 
+/// What guards keys, or ports: how gains move, what a motor stands, when a sensor is judged, what
+/// is observed of energy. With these the firmware's texts guard, and so does what is linked
+/// ([`safety`](super::safety)).
+pub(super) fn guard_constants(
+    setup: &Setup,
+    arch: Arch,
+) -> Result<BTreeMap<String, i64>, FirmwareError> {
+    let ticks = |ms: u64| setup.rate_hz.ticks_in(ms);
+    let mut all = BTreeMap::new();
+    let mut put = |name: &str, value: u64| {
+        all.insert(name.to_string(), value as i64);
+    };
+    let turns = match setup.guards() {
+        Guards::Keys => TURNS,
+        // One gain is for all ports, and moves in every tick.
+        Guards::Ports => 1,
+    };
+    put("STEP", (65_536 * turns).div_ceil(ticks(RAMP_MS).max(turns)));
+    put("RAMP", (ticks(RAMP_MS) + 3 * TURNS).min(0xffff));
+    if let Some(motor) = setup.motor_of_keys() {
+        let heat = Heat::of(&motor, setup.rate_hz, TURNS)?;
+        put("RATED2", heat.rated2);
+        put("HEAT_SHIFT", heat.shift);
+        put("HEAT_MAX", heat.max);
+        put("CEILING_HOT", rounded(2 * motor.rated).into());
+        put("MOVED", rounded(motor.newton).into());
+        // Twice as much is a word of the texts.
+        put("AGE_RAIL", ticks(RAIL_MS).clamp(1, 0x7fff));
+        put("AGE_FROZEN", ticks(FROZEN_MS).clamp(1, 0x7fff));
+        let [low, high] = setup.ports[0].mid_travel;
+        put("MID_LOW", low.into());
+        put("MID_HIGH", high.into());
+    }
+    let passivity = passivity(setup, arch)?;
+    put("PAST", passivity.past.into());
+    put("DAMPING", passivity.damping.into());
+    put("CREDIT", passivity.credit.into());
+    // A gain is less than 1 when less than a quarter to a half of the credit is left.
+    put("CREDIT_SHIFT", u64::from(passivity.credit.ilog2() - 17));
+    Ok(all)
+}
+
 /// What is observed of the keys' energy: nothing where there is no past.
-fn passivity(setup: &Setup, board: &Support) -> Result<Passivity, FirmwareError> {
+fn passivity(setup: &Setup, arch: Arch) -> Result<Passivity, FirmwareError> {
     let off = Passivity {
         credit: 1 << 18,
         past: 0,
@@ -184,7 +198,7 @@ fn passivity(setup: &Setup, board: &Support) -> Result<Passivity, FirmwareError>
         .all(|(value, low, high)| (low..=high).contains(&value));
     // The frame of an ARMv6-M has none: what was asked for must not be left out in silence.
     match fits {
-        _ if board.board.arch == Arch::V6M => Err(FirmwareError::PassivityCore),
+        _ if arch == Arch::V6M => Err(FirmwareError::PassivityCore),
         true => Ok(wanted),
         false => Err(FirmwareError::Passivity(wanted)),
     }

@@ -31,8 +31,8 @@ pub enum FirmwareError {
     /// The board samples a knob or keys, and the tick has another period: the board's cycles, and
     /// the rate.
     Period(u32, Rate),
-    /// The board has a knob, and so many keys are wanted.
-    Knobs(u32),
+    /// So many keys are wanted, and the board has so many knobs.
+    Knobs(u32, u32),
     /// So many keys are wanted, and the board's bench has so many.
     BenchKeys(u32, u32),
     /// The board has a bench of keys, and the instrument is none of a key.
@@ -46,6 +46,8 @@ pub enum FirmwareError {
     /// The monitor shall have so many bits per second, which the serial port of the board has not:
     /// its most.
     Baud(u32, u32),
+    /// Safety is wanted for a program of somebody else's, of an instrument that is none of a key.
+    SafetyPorts,
     /// A board's text is no assembly.
     Assembly(AsmError),
 }
@@ -64,6 +66,10 @@ impl fmt::Display for FirmwareError {
             FirmwareError::Record(bytes) => write!(
                 f,
                 "a key's record takes {bytes} bytes; the firmware takes at most {RECORD_MAX}"
+            ),
+            FirmwareError::SafetyPorts => f.write_str(
+                "--safety guards keys, with a sensor and a motor each, and this instrument has \
+                 other ports: only an image guards those",
             ),
             FirmwareError::Programs(count) => write!(
                 f,
@@ -86,7 +92,7 @@ impl fmt::Display for FirmwareError {
                  [passivity] from the device",
             ),
             FirmwareError::Period(..)
-            | FirmwareError::Knobs(_)
+            | FirmwareError::Knobs(..)
             | FirmwareError::BenchKeys(..)
             | FirmwareError::BenchPorts
             | FirmwareError::NoCoil
@@ -108,12 +114,15 @@ impl FirmwareError {
                  ticks a second: give it `--tick-rate 150MHz/{cycles}`, or `rate 150 MHz / \
                  {cycles}` in its keyboard"
             ),
-            Self::Knobs(keys) => {
-                write!(
-                    f,
-                    "{keys} keys on a board with one knob: give it `--keys 1`"
-                )
-            }
+            Self::Knobs(keys, 1) => write!(
+                f,
+                "{keys} keys on a board with one knob: give it `--keys 1`"
+            ),
+            Self::Knobs(keys, has) => write!(
+                f,
+                "{keys} keys on a board with {has} knobs, all of which are driven: give it `--keys \
+                 {has}`"
+            ),
             Self::BenchKeys(wanted, has) => write!(
                 f,
                 "{wanted} keys on a board whose [bench] has pins for {has}: give it `--keys {has}` \

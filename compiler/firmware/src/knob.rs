@@ -11,7 +11,7 @@
 
 use std::fmt::Write;
 
-use whippen_board::Knob;
+use whippen_board::{Knob, Shaft};
 
 use super::{FirmwareError, Setup, Support};
 
@@ -115,8 +115,8 @@ impl Factors {
 /// The factors of voltages, where setup and board can be a knob.
 fn checked(setup: &Setup, board: &Support, knob: &Knob) -> Result<Factors, FirmwareError> {
     let keys: u32 = setup.keys.iter().sum();
-    if keys != 1 {
-        return Err(FirmwareError::Knobs(keys));
+    if keys != knob.count() {
+        return Err(FirmwareError::Knobs(keys, knob.count()));
     }
     if setup.tuning.is_some() {
         let why = "the sensor of a knob is not tuned on the board: it reads the angle as it is";
@@ -135,30 +135,28 @@ fn checked(setup: &Setup, board: &Support, knob: &Knob) -> Result<Factors, Firmw
 pub(super) fn constants(
     setup: &Setup,
     board: &Support,
-) -> Result<Vec<(&'static str, i64)>, FirmwareError> {
-    let Some(knob) = board.board.knob else {
+) -> Result<Vec<(String, i64)>, FirmwareError> {
+    let Some(knob) = &board.board.knob else {
         return Ok(Vec::new());
     };
-    let factors = checked(setup, board, &knob)?;
+    let factors = checked(setup, board, knob)?;
     let whole = |factor: i128| factor as i64;
     let half = knob.period_cycles / 2;
-    let [first, _, third] = knob.phases;
-    let [(pair, _), (single, is_second)] = [first, third].map(Knob::slice);
-    let rest = knob.period_cycles - 356;
+    let (rest, shafts) = (knob.period_cycles - 356, Slices::of(knob));
     let ticks_in = |ms: u64| setup.rate_hz.ticks_in(ms) as i64;
     let turned = ALIGN_PERCENT.map(|part| i64::from(STEPS * part / 100 / knob.pole_pairs));
-    Ok(vec![
+    let all = [
+        ("KNOBS", knob.count().into()),
         ("PIN_CLOCK", knob.clock.into()),
         ("PIN_SELECT", knob.select.into()),
-        ("PIN_DATA", knob.data.into()),
-        ("PIN_PHASE0", knob.phases[0].into()),
-        ("PIN_PHASE1", knob.phases[1].into()),
-        ("PIN_PHASE2", third.into()),
         ("PIN_ENABLE", knob.enable.into()),
         ("PIN_FAULT", knob.fault.into()),
-        ("SLICE_PAIR", pair.into()),
-        ("SLICE_SINGLE", single.into()),
-        ("SINGLE_SHIFT", if is_second { 16 } else { 0 }),
+        (
+            "SLICES",
+            shafts
+                .iter()
+                .fold(0, |all, own| all | 1 << own.pair | 1 << own.single),
+        ),
         ("PWM_TOP", i64::from(half) - 1),
         ("PWM_MIDDLE", i64::from(half / 2)),
         // Between two frames: rounds of 16 cycles, and what is left of them.
@@ -181,7 +179,57 @@ pub(super) fn constants(
         ("TURN0", 4 * i64::from(knob.pole_pairs)),
         ("TURNED_LOW", turned[0]),
         ("TURNED_HIGH", turned[1]),
-    ])
+    ];
+    let all = all.map(|(name, value)| (name.to_string(), value));
+    Ok(all
+        .into_iter()
+        .chain((0..).zip(&shafts).flat_map(of_shaft))
+        .collect())
+}
+
+/// Slices of a knob's phases.
+struct Slices {
+    shaft: Shaft,
+    pair: u32,
+    single: u32,
+    /// How far the third phase is shifted in its slice's compare values.
+    shift: u32,
+}
+
+impl Slices {
+    fn of(knob: &Knob) -> Vec<Slices> {
+        let of_shaft = |shaft: &Shaft| {
+            let [first, _, third] = shaft.phases;
+            let [(pair, _), (single, is_second)] = [first, third].map(Knob::slice);
+            Slices {
+                shaft: *shaft,
+                pair,
+                single,
+                shift: if is_second { 16 } else { 0 },
+            }
+        };
+        knob.shafts.iter().map(of_shaft).collect()
+    }
+}
+
+/// The constants of a knob, whose number, from the second one on, ends their names.
+fn of_shaft((number, own): (u32, &Slices)) -> Vec<(String, i64)> {
+    let end = match number {
+        0 => String::new(),
+        _ => format!("_{number}"),
+    };
+    let [first, second, third] = own.shaft.phases;
+    let all = [
+        ("PIN_DATA", own.shaft.data),
+        ("PIN_PHASE0", first),
+        ("PIN_PHASE1", second),
+        ("PIN_PHASE2", third),
+        ("SLICE_PAIR", own.pair),
+        ("SLICE_SINGLE", own.single),
+        ("SINGLE_SHIFT", own.shift),
+    ];
+    let named = |(name, value): (&str, u32)| (format!("{name}{end}"), i64::from(value));
+    all.map(named).to_vec()
 }
 
 /// The sine of so many entries of a turn, rounded. The first quarter is turned to step by step;
@@ -198,10 +246,15 @@ fn sine(entry: u32, amplitude: u32) -> i128 {
     if entry < SINES / 2 { rounded } else { -rounded }
 }
 
-/// Sines and the CRC's remainders, as assembly.
+/// Sines, the CRC's remainders and what each knob has of PIO and PWM, as assembly.
+///
+/// ```text
+///   knob_pins    of each what its state machine is told of pins
+///   knob_wires   of each the slice of two phases, that of the third one, and how far that is shifted
+/// ```
 pub(super) fn tables_as_assembly(knob: &Knob) -> String {
     let mut text = String::from(
-        "        .section .rodata.knob, \"a\"\n        .balign 4\n        .global sines, remainders\nsines:\n",
+        "        .section .rodata.knob, \"a\"\n        .balign 4\n        .global sines, remainders, knob_pins, knob_wires\nsines:\n",
     );
     for n in 0..SINES + SECOND {
         let _ = writeln!(
@@ -219,6 +272,22 @@ pub(super) fn tables_as_assembly(knob: &Knob) -> String {
         });
         let _ = writeln!(text, "        .byte   {remainder}");
     }
+    text.push_str("        .balign 4\nknob_pins:\n");
+    for shaft in &knob.shafts {
+        let _ = writeln!(
+            text,
+            "        .word   1 << 29 | 1 << 26 | {} << 15 | PIN_CLOCK << 10 | PIN_SELECT << 5",
+            shaft.data
+        );
+    }
+    text.push_str("knob_wires:\n");
+    for own in Slices::of(knob) {
+        let _ = writeln!(
+            text,
+            "        .word   PWM + 20 * {}, PWM + 20 * {}, {}",
+            own.pair, own.single, own.shift
+        );
+    }
     text
 }
 
@@ -226,19 +295,21 @@ pub(super) fn tables_as_assembly(knob: &Knob) -> String {
 mod tests {
     use super::*;
 
-    const KNOB: Knob = Knob {
-        clock: 2,
-        select: 3,
-        data: 4,
-        phases: [6, 7, 8],
-        enable: 9,
-        fault: 10,
-        period_cycles: 3400,
-        ahead_cycles: 1000,
-        supply_mv: 12_000,
-        align_mv: 2000,
-        pole_pairs: 7,
-    };
+    fn knob() -> Knob {
+        Knob {
+            clock: 2,
+            select: 3,
+            shafts: Vec::new(),
+            enable: 9,
+            fault: 10,
+            period_cycles: 3400,
+            ahead_cycles: 1000,
+            supply_mv: 12_000,
+            align_mv: 2000,
+            pole_pairs: 7,
+        }
+    }
+
     /// 5 Ohm, 1 mH, ticks of 3400 cycles: e^-0.1133 of 2^32 is left.
     const COIL: Coil = Coil {
         resistance_mohm: 5000,
@@ -254,7 +325,7 @@ mod tests {
 
     #[test]
     fn factors_make_the_current_of_a_word_within_a_tick() {
-        let found = Factors::of(&KNOB, &COIL, RATE).unwrap_or_else(|e| panic!("{e}"));
+        let found = Factors::of(&knob(), &COIL, RATE).unwrap_or_else(|e| panic!("{e}"));
         // 5 V of 5.965 V, of 8192.
         is_near((found.gain << 15) / FRACTION, 6867, 1);
         // Held for a tick it makes (1 - kept) of its current, which is then that of the word.
@@ -269,7 +340,7 @@ mod tests {
 
     #[test]
     fn a_motor_that_asks_for_too_much_is_refused() {
-        let of = |coil: Coil| Factors::of(&KNOB, &coil, RATE).is_ok();
+        let of = |coil: Coil| Factors::of(&knob(), &coil, RATE).is_ok();
         assert!(of(COIL));
         let hungry = Coil {
             peak_ma: 1200,

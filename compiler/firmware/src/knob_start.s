@@ -1,5 +1,5 @@
-@ The start of a knob: pins, the state machine that reads its angle sensor, the carrier, and where its motor's magnet is. Called once,
-@ without interrupts.
+@ The start of a knob, or of KNOBS of them: pins, the state machines that read their angle sensors, the carrier, and where their motors'
+@ magnets are, one after the other. Called once, without interrupts.
         .syntax unified
         .thumb
 
@@ -7,7 +7,7 @@
         .section .bss.near.core0.knob, "aw", %nobits
         .balign 4
         .global knob
-knob:   .space  64
+knob:   .space  64 * KNOBS
 
         .section .text.start, "ax"
         .balign 4
@@ -34,12 +34,30 @@ outputs:
         .byte   PIN_PHASE0, 0x56, 4, 0
         .byte   PIN_PHASE1, 0x56, 4, 0
         .byte   PIN_PHASE2, 0x56, 4, 0
+        .if     KNOBS > 1
+        .byte   PIN_DATA_1, 0x5a, 6, 0
+        .byte   PIN_PHASE0_1, 0x56, 4, 0
+        .byte   PIN_PHASE1_1, 0x56, 4, 0
+        .byte   PIN_PHASE2_1, 0x56, 4, 0
+        .endif
+        .if     KNOBS > 2
+        .byte   PIN_DATA_2, 0x5a, 6, 0
+        .byte   PIN_PHASE0_2, 0x56, 4, 0
+        .byte   PIN_PHASE1_2, 0x56, 4, 0
+        .byte   PIN_PHASE2_2, 0x56, 4, 0
+        .endif
+        .if     KNOBS > 3
+        .byte   PIN_DATA_3, 0x5a, 6, 0
+        .byte   PIN_PHASE0_3, 0x56, 4, 0
+        .byte   PIN_PHASE1_3, 0x56, 4, 0
+        .byte   PIN_PHASE2_3, 0x56, 4, 0
+        .endif
 outputs_end:
 
         .global board_converter
         .type   board_converter, %function
 board_converter:
-        push    {r4-r9, lr}
+        push    {r4-r11, lr}
         bl      board_watchdog          @ the motor is found under its eye
         ldr     r0, =RESETS + 0x3000    @ clear: PIO0, PWM
         ldr     r1, =1 << 11 | 1 << 16
@@ -72,15 +90,15 @@ board_converter:
         cmp     r3, r4
         bne     2b
         ldr     r0, =PWM + 0xf0         @ EN: the carrier, and the reader so many cycles later
-        ldr     r1, =1 << SLICE_PAIR | 1 << SLICE_SINGLE
+        ldr     r1, =SLICES
         ldr     r2, =PIO0
-        movs    r3, #1
+        movs    r3, #(1 << KNOBS) - 1
         str     r1, [r0]
-        str     r3, [r2]                @ CTRL: machine 0
-        bl      find_motor
-        pop     {r4-r9, pc}
+        str     r3, [r2]                @ CTRL: all machines in one cycle
+        bl      find_motors
+        pop     {r4-r11, pc}
 
-@ The state machine, with its wait before the first frame.
+@ The state machines, each with its wait before the first frame.
 start_reader:
         ldr     r0, =PIO0
         ldr     r1, =reader
@@ -93,6 +111,10 @@ start_reader:
         cmp     r1, r2
         bne     1b
         adds    r0, #0xc8               @ of machine 0
+        ldr     r6, =knob_pins
+        ldr     r7, =KNOBS
+        ldr     r8, =PIO0 + 0x10        @ TXF0
+3:
         ldr     r1, =1 << 16
         str     r1, [r0]                @ CLKDIV
         ldr     r1, =9 << 12
@@ -104,21 +126,20 @@ start_reader:
         ldr     r1, =0xe081             @ set pindirs, 1
         str     r1, [r0, #0x10]
         nop
-        ldr     r2, =1 << 29 | 1 << 26 | PIN_DATA << 15 | PIN_CLOCK << 10 | PIN_SELECT << 5
+        ldr     r2, [r6]                @ PINCTRL: set is select, its data line
         str     r2, [r0, #0x14]
         str     r1, [r0, #0x10]
         ldr     r1, =0xe001             @ set pins, 1
         str     r1, [r0, #0x10]
-        ldr     r4, =PIO0
         ldr     r1, =IDLE_ROUNDS
-        str     r1, [r4, #0x10]         @ TXF0
+        str     r1, [r8]
         ldr     r1, =0x80a0             @ pull
         str     r1, [r0, #0x10]
         nop
         ldr     r1, =0xa047             @ mov y, osr
         str     r1, [r0, #0x10]
         ldr     r1, =FIRST_ROUNDS
-        str     r1, [r4, #0x10]
+        str     r1, [r8]
         ldr     r1, =0x80a0
         str     r1, [r0, #0x10]
         nop
@@ -127,6 +148,11 @@ start_reader:
         nop
         movs    r1, #2                  @ jmp 2
         str     r1, [r0, #0x10]
+        adds    r0, #0x18
+        adds    r6, #4
+        add     r8, r8, #4
+        subs    r7, #1
+        bne     3b
         ldr     r0, =PIO0 + 0x170
         movs    r1, #1
         str     r1, [r0]                @ IRQ0_INTE: a word of machine 0
@@ -134,13 +160,15 @@ start_reader:
 
 @ Three phases at half of the supply, counting up and down.
 start_carrier:
-        ldr     r0, =PWM + 20 * SLICE_PAIR
-        ldr     r1, =PWM + 20 * SLICE_SINGLE
+        ldr     r7, =knob_wires
+        ldr     r8, =knob_wires + 12 * KNOBS
         ldr     r2, =PWM_MIDDLE << 16 | PWM_MIDDLE
         ldr     r3, =PWM_TOP
         movs    r4, #16
         movs    r5, #2                  @ CSR: phase-correct
         movs    r6, #0
+2:      ldr     r0, [r7]
+        ldr     r1, [r7, #4]
 1:      str     r5, [r0]
         str     r4, [r0, #4]            @ DIV
         str     r6, [r0, #8]            @ CTR
@@ -149,38 +177,50 @@ start_carrier:
         cmp     r0, r1
         mov     r0, r1
         bne     1b
+        adds    r7, #12
+        cmp     r7, r8
+        bne     2b
         bx      lr
 
 @ Where the magnet is: a field that stands still pulls it there, and one that turns once takes it along, there and back, so that what
 @ friction holds back cancels out. Nothing is kept from start to start.
 @
-@   look (disabled) -> raise -> once forward -> wait -> once back -> wait -> direction, offset
-find_motor:
+@   look (disabled) -> of each: raise -> once forward -> wait -> once back -> wait -> direction, offset
+find_motors:
         push    {lr}
-        ldr     r4, =knob
-        mov     r1, #8192
-        str     r1, [r4, #K_LIMIT]      @ the first word may be any
+        mov     r1, #8192               @ the first word may be any
+        bl      limit
         movs    r7, #0                  @ the number of the last word
-        movs    r8, #0
         bl      next_word
         movs    r1, #STEPS_MAX
-        str     r1, [r4, #K_LIMIT]
+        bl      limit
         ldr     r5, =LOOK
 1:      bl      next_word
         subs    r5, #1
         bne     1b
-        ldr     r0, [r4, #K_AGE]
+        ldr     r4, =knob
+        ldr     r10, =knob_wires
+        movs    r5, #KNOBS
+2:      ldr     r0, [r4, #K_AGE]
         cmp     r0, #8                  @ a word may be wrong now and then
         bhs     lost
+        adds    r4, #64
+        subs    r5, #1
+        bne     2b
         ldr     r0, =0xd0000000
         ldr     r1, =1 << PIN_ENABLE
         str     r1, [r0, #0x18]         @ SIO: GPIO_OUT_SET
+        ldr     r4, =knob
+        movs    r1, #KNOBS
+        mov     r11, r1
+find_motor:
         movs    r5, #0
 2:      ldr     r1, =ALIGN              @ raise
         ldr     r2, =RAISE
         muls    r1, r5, r1
         udiv    r1, r1, r2
         mov     r0, #16384
+        mov     r2, r10
         bl      board_phases
         bl      next_word
         adds    r5, #1
@@ -234,8 +274,13 @@ find_motor:
         str     r0, [r4, #K_OFFSET]
         movs    r0, #0
         movs    r1, #0
+        mov     r2, r10
         bl      board_phases            @ no force
         bl      next_word
+        adds    r4, #64                 @ the next one
+        add     r10, r10, #12
+        subs    r11, r11, #1
+        bne     find_motor
         b       begin
 lost:   ldr     r0, =0xd0000000         @ it is disabled, and no tick enables it
         ldr     r1, =1 << PIN_ENABLE
@@ -244,11 +289,25 @@ lost:   ldr     r0, =0xd0000000         @ it is disabled, and no tick enables it
         ldr     r1, [r0, #C_FAULTS]
         orr     r1, r1, #FAULT_ALIGN
         str     r1, [r0, #C_FAULTS]
-begin:  movs    r0, #0                  @ where it stands now is its middle
-        str     r0, [r4, #K_TICK]
+begin:  movs    r0, #0                  @ where each stands now is its middle
+        ldr     r4, =knob
+        movs    r1, #KNOBS
+1:      str     r0, [r4, #K_TICK]
         str     r0, [r4, #K_POSITION]
         str     r0, [r4, #K_SPEED]
+        adds    r4, #64
+        subs    r1, #1
+        bne     1b
         pop     {pc}
+
+@ R1: how far each may turn in a tick.
+limit:  ldr     r4, =knob
+        movs    r0, #KNOBS
+1:      str     r1, [r4, #K_LIMIT]
+        adds    r4, #64
+        subs    r0, #1
+        bne     1b
+        bx      lr
 
 @ The field at step R5 of 8192 of an electrical turn, which begins and ends slowly; then a word.
 field:  push    {lr}
@@ -263,6 +322,7 @@ field:  push    {lr}
         udiv    r0, r0, r1
         add     r0, r0, #16384          @ phase a is its cosine
         ldr     r1, =ALIGN
+        mov     r2, r10
         bl      board_phases
         bl      next_word
         pop     {pc}
@@ -296,8 +356,13 @@ board_off:
         ldr     r1, =1 << PIN_ENABLE
         str     r1, [r0, #0x20]         @ SIO: GPIO_OUT_CLR
         movs    r1, #0
-        ldr     r0, =PWM + 20 * SLICE_PAIR
-        str     r1, [r0, #0xc]
-        ldr     r0, =PWM + 20 * SLICE_SINGLE
-        str     r1, [r0, #0xc]
+        ldr     r0, =knob_wires
+        ldr     r2, =knob_wires + 12 * KNOBS
+1:      ldr     r3, [r0]
+        str     r1, [r3, #0xc]
+        ldr     r3, [r0, #4]
+        str     r1, [r3, #0xc]
+        adds    r0, #12
+        cmp     r0, r2
+        bne     1b
         bx      lr

@@ -34,6 +34,7 @@ mod own;
 mod parts;
 mod ports;
 mod running;
+mod safety;
 mod self_test;
 mod sound;
 mod tables;
@@ -62,6 +63,9 @@ pub use parts::{
 };
 pub use ports::{GuardedDrive, GuardedPort};
 pub use running::{BEGINS, DEAD, Owner, PARTS, RUNNING, Running, owner};
+pub use safety::{
+    SAFETY_BYTES, SAFETY_WORDS, safe_tick_name, safety_faults, safety_numbers, safety_object,
+};
 pub use self_test::{SelfTest, SelfTestError, self_test_block};
 pub use sound::{mute_name, sound_table_name};
 pub use tuning::{CURVE_PIECES, SensorTuning, TunedSensor, Watched};

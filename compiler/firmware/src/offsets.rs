@@ -157,6 +157,13 @@ pub struct Fault {
     pub what: &'static str,
 }
 
+impl Fault {
+    /// What C calls it, behind the keys' prefix: as in `FAULT_RAIL`.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+}
+
 /// All faults, by their bits.
 pub const FAULTS: &[Fault] = &[
     Fault {

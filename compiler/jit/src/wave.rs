@@ -37,6 +37,8 @@ pub(super) struct Points<'f, 'a> {
     pub ends: [i64; 2],
     /// Lanes that are ticked; none: all.
     pub mask: Option<Value>,
+    /// Whether sums can leave the words, so that they must be held.
+    pub saturates: bool,
 }
 
 /// What stays in registers from point to point.
@@ -224,11 +226,17 @@ impl<'a> Points<'_, 'a> {
     }
 
     fn plus(&mut self, a: Value, b: Value) -> Value {
-        saturate::add(self.f, a, b)
+        match self.saturates {
+            true => saturate::add(self.f, a, b),
+            false => self.ins().iadd(a, b),
+        }
     }
 
     fn minus(&mut self, a: Value, b: Value) -> Value {
-        saturate::sub(self.f, a, b)
+        match self.saturates {
+            true => saturate::sub(self.f, a, b),
+            false => self.ins().isub(a, b),
+        }
     }
 
     /// The sum of the upper words of products, each rounded half up.

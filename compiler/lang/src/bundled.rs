@@ -7,8 +7,10 @@ pub use whippen_instruments::{INSTRUMENTS, KEYBOARDS, STD};
 
 /// The boards that a keyboard may name: the files in `instruments/hardware/`.
 pub const BOARDS: &[&str] = &[
+    "pico2_four_knobs",
     "pico2_knob",
     "pico2_strings",
+    "pico2_two_knobs",
     "rp2040",
     "rp2350",
     "rp2350b_bench",

@@ -65,6 +65,7 @@ pub(crate) mod table_file;
 mod titled_text;
 mod types;
 mod walk;
+mod written_unit;
 mod zones;
 
 #[cfg(test)]

@@ -162,6 +162,9 @@ pub struct Sense {
     pub name: String,
     /// Its dimension.
     pub dim: Dim,
+    /// The unit of its values in SI, by the name of its type: `Hz` for a `frequency`, `rad/s` for
+    /// an `angular_rate`. Empty for plain numbers.
+    pub unit: &'static str,
     /// The range the program accepts (SI).
     pub range: Interval,
     /// Window of the differentiators in ticks: odd, at least 3.

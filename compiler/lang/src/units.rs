@@ -21,10 +21,12 @@ pub mod unit;
 pub use dim::{Dim, unit_suffix};
 pub use quantity::{Quantity, QuantityError, parse_quantity};
 pub use shown::{shown, shown_range, usual_unit};
-pub use table::{DIMENSIONS, UNITS, dimension, dimension_names, nearest_unit, unit_names};
+pub use table::{
+    DIMENSIONS, UNITS, dimension, dimension_names, nearest_unit, unit_names, unit_of_dimension,
+};
 pub use title::{split_title, unit_of_suffix};
 pub(crate) use unit::word_length;
-pub use unit::{Unit, longest_unit, parse_unit};
+pub use unit::{Unit, longest_unit, parse_unit, si_unit};
 
 #[cfg(test)]
 mod tests;

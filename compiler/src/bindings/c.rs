@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Holds, Interface, PortInterface, number, unit_name};
+use super::{Holds, Interface, PortInterface, number, safety, unit_name};
 use whippen_isa::Arch;
 
 /// A header for C99 and C++.
@@ -44,6 +44,7 @@ pub fn c_header(own: &Interface) -> String {
          /* Prepares all keys for the first tick, whose words are in `inputs`. */\nvoid {name}_init(struct {name}_state *state);\n\n\
          /* One tick of all keys: reads `inputs`, writes `outputs`. */\nvoid {name}_tick(struct {name}_state *state);\n"
     );
+    safety::c_header(&mut text, &big, own);
     setters(&mut text, &big, own);
     reader(&mut text, &big, own);
     text += "#ifdef __cplusplus\n}\n#endif\n\n#endif\n";

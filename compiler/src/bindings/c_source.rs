@@ -9,7 +9,7 @@
 
 use std::fmt::Write;
 
-use super::{Interface, Ring};
+use super::{Interface, Ring, safety};
 
 /// The text to stand behind the header; nothing where the code is no C.
 pub fn c_source(own: &Interface) -> Option<String> {
@@ -65,6 +65,9 @@ pub fn c_source(own: &Interface) -> Option<String> {
          \x20   {name}_kernel_tick(&state->kernel, &state->inputs[0][0], &state->outputs[0][0]);\n\
          {keep}    state->tick = state->tick + 1u;\n}}\n"
     );
+    if let Some(own) = safety::c_source(own) {
+        let _ = write!(text, "\n{own}");
+    }
     Some(text)
 }
 

@@ -107,6 +107,7 @@ impl Interface {
             ring: places.ring,
             arch: None,
             component: None,
+            safety: None,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Holds, Interface, PortInterface, number, unit_name};
+use super::{Holds, Interface, PortInterface, number, safety, unit_name};
 
 /// A module for Rust; it wants the crate `fixed` and no standard library.
 pub fn rust_module(own: &Interface) -> String {
@@ -237,6 +237,7 @@ fn functions(text: &mut String, own: &Interface) {
              \x20   unsafe {{ addr_of_mut!((*state).live_{field}).write_volatile({value}) }};\n    Ok(())\n}}\n"
         );
     }
+    safety::rust(text, own);
     reader(text, own);
 }
 

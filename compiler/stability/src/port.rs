@@ -26,6 +26,7 @@ pub fn of_port(model: &Model, port: usize) -> Model {
     own.lives.extend(model.senses.iter().map(|sense| Live {
         name: sense.name.clone(),
         dim: Some(sense.dim),
+        unit: sense.unit.to_string(),
         value: 0.5 * (sense.range.low + sense.range.high),
         range: sense.range,
         span: sense.span,

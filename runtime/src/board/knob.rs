@@ -2,7 +2,7 @@
 //!
 //! Not here: what no knob can be (`whippen_compiler::board`).
 
-use whippen_compiler::board::Knob;
+use whippen_compiler::board::{Knob, Shaft};
 
 use super::{CYCLES, MILLIVOLTS, scaled, whole, wholes};
 use crate::entries::Entries;
@@ -14,14 +14,21 @@ pub(super) fn knob(entries: &Entries) -> Result<Option<Knob>, FileError> {
         return Ok(None);
     }
     let number = |key: &str| whole(entries, key, entries.text(key)?);
+    let data = wholes(entries, "knob.data")?;
     let key = "knob.phases";
-    let phases = <[u32; 3]>::try_from(wholes(entries, key)?)
-        .map_err(|_| entries.error(key, "must be three pins, as in `6 7 8`"))?;
+    let phases = wholes(entries, key)?;
+    if phases.len() != 3 * data.len() {
+        let what = "must be three pins for each line of `knob.data`, as in `6 7 8`";
+        return Err(entries.error(key, what));
+    }
+    let shaft = |(data, phases): (&u32, &[u32])| Shaft {
+        data: *data,
+        phases: [phases[0], phases[1], phases[2]],
+    };
     Ok(Some(Knob {
         clock: number("knob.clock")?,
         select: number("knob.select")?,
-        data: number("knob.data")?,
-        phases,
+        shafts: data.iter().zip(phases.chunks(3)).map(shaft).collect(),
         enable: number("knob.enable")?,
         fault: number("knob.fault")?,
         period_cycles: scaled(entries, "knob.period", CYCLES)?,

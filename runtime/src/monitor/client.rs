@@ -154,6 +154,8 @@ pub struct Client<L> {
     /// How long an answer may take.
     patience: Duration,
     number: u8,
+    /// Answers that did not come whole.
+    lost: u32,
     /// What has arrived of a frame.
     begun: Vec<u8>,
 }
@@ -165,6 +167,7 @@ impl<L: Link> Client<L> {
             link,
             patience,
             number: 0,
+            lost: 0,
             begun: Vec::new(),
         }
     }
@@ -177,6 +180,12 @@ impl<L: Link> Client<L> {
     /// What was between, once nothing is to be said any more.
     pub fn into_link(self) -> L {
         self.link
+    }
+
+    /// How many answers did not come whole so far, so that each was asked for again or, the third
+    /// time, given up: the line, or the request on it, was changed or late.
+    pub fn lost_answers(&self) -> u32 {
+        self.lost
     }
 
     /// What the board is.
@@ -246,7 +255,7 @@ impl<L: Link> Client<L> {
             match self.answer(request, wanted, &mut garbage)? {
                 Some((0, words)) => return Ok(words),
                 Some((outcome, _)) => return Err(refused(request, outcome)),
-                None => {}
+                None => self.lost = self.lost.wrapping_add(1),
             }
         }
         match garbage {

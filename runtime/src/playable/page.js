@@ -318,8 +318,8 @@ function slider(id, name, [low, high, value], text, moved, step = "any") {
   return el("label", { for: id }, el("span", {}, name), input, output);
 }
 
-/** A frequency and a turning speed are of one kind; what one turns here is a pitch. */
-const withUnit = (unit) => (value) => `${Number(value.toPrecision(4))} ${unit === "rad/s" ? "Hz" : (unit ?? "")}`;
+/** A value in words. */
+const withUnit = (unit) => (value) => `${Number(value.toPrecision(4))} ${unit ?? ""}`;
 
 meaning.lives.forEach((live, at) => {
   const moved = (value) => tell({ kind: "set", live: at, value });

@@ -1,5 +1,6 @@
 //! The recorder: what a run leaves in tables, in a trace and in numbers, tick by tick.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -9,6 +10,7 @@ use whippen_compiler::rate::Rate;
 
 use super::between::{self, Between};
 use super::columns::{Recorded, Signal, arguments, choose, event_heading, marked};
+use super::happenings::Happenings;
 use crate::automation::{Automation, Change};
 use crate::device::{Device, Drive};
 use crate::engine::{Engine, EngineKind, Happened};
@@ -24,7 +26,7 @@ use crate::trace::{Column, EventRow, EventTable, Form, Heading, Trace, TraceFile
 /// How much of a run is kept in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Keep {
-    /// What a summary lists ([`Emitted`]).
+    /// What a summary lists ([`Emitted`](super::Emitted)).
     Nothing,
     /// Columns as an oscilloscope keeps them, the first events: what figures and pages show.
     Bounded,
@@ -42,9 +44,6 @@ impl Keep {
         }
     }
 }
-
-/// So many events of a kind can be listed one by one without a file.
-pub const LISTED_MAX: usize = 20;
 
 /// The key (MIDI number, C4) of the notes of a run, which has one key.
 const KEY: u8 = 60;
@@ -64,6 +63,7 @@ pub struct Recording {
     stop: Option<&'static AtomicBool>,
     points: Vec<Point>,
     automation: Automation,
+    steps: Option<Range<u64>>,
 }
 
 impl Recording {
@@ -81,6 +81,7 @@ impl Recording {
             stop: None,
             points: Vec::new(),
             automation: Automation::default(),
+            steps: None,
         }
     }
 
@@ -143,6 +144,19 @@ impl Recording {
         self.stop
     }
 
+    /// The same with the cycles of every tick of a board, and every instruction of some ticks (the
+    /// first is 0). Other engines have none.
+    #[must_use]
+    pub fn with_steps(self, ticks: Range<u64>) -> Recording {
+        let steps = Some(ticks);
+        Recording { steps, ..self }
+    }
+
+    /// The ticks whose instructions are kept.
+    pub(super) fn steps(&self) -> Option<Range<u64>> {
+        self.steps.clone()
+    }
+
     /// Every tick of columns.
     pub fn everything(columns: Vec<Recorded>) -> Recording {
         Recording::new(columns, Keep::Everything)
@@ -201,69 +215,6 @@ impl Recording {
         let table = table.map_err(|e| FileError::not_written(&path, &e))?;
         self.events = Some((path, table));
         Ok(self)
-    }
-}
-
-/// What happened in a run, in numbers.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Happenings {
-    /// How many strikes: the marked event.
-    pub strikes: usize,
-    /// Everything that happened, strikes too.
-    pub events: usize,
-    /// Samples of the sound that were cut off at full scale; none where it was not written.
-    pub clipped_samples: usize,
-    /// What was emitted, by the kind of event, in the order in which they came first.
-    pub emitted: Vec<Emitted>,
-}
-
-/// Events of a kind that were emitted.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Emitted {
-    /// The name of the event.
-    pub event: String,
-    /// How many.
-    pub count: usize,
-    /// The first [`LISTED_MAX`] of them.
-    pub first: Vec<EventRow>,
-    /// When the first and the last were (s).
-    pub between_s: (f64, f64),
-    /// The first argument: its title, and its least, greatest and summed value (SI).
-    pub argument: Option<(String, [f64; 3])>,
-}
-
-impl Happenings {
-    fn add_emission(&mut self, row: &EventRow) {
-        let known = self.emitted.iter().position(|e| e.event == row.event);
-        let kind = known.unwrap_or_else(|| {
-            self.emitted.push(Emitted {
-                event: row.event.clone(),
-                ..Emitted::default()
-            });
-            self.emitted.len() - 1
-        });
-        self.emitted[kind].add(row);
-    }
-}
-
-impl Emitted {
-    fn add(&mut self, event: &EventRow) {
-        if self.count == 0 {
-            self.between_s.0 = event.t_s;
-        }
-        if self.first.len() < LISTED_MAX {
-            self.first.push(event.clone());
-        }
-        self.between_s.1 = event.t_s;
-        self.count += 1;
-        let Some((title, value)) = event.args.first() else {
-            return;
-        };
-        let start = (title.clone(), [f64::INFINITY, f64::NEG_INFINITY, 0.0]);
-        let (_, [least, greatest, sum]) = self.argument.get_or_insert(start);
-        *least = least.min(*value);
-        *greatest = greatest.max(*value);
-        *sum += value;
     }
 }
 

@@ -42,6 +42,26 @@ const cycles = StateField.define({
   provide: (field) => EditorView.decorations.from(field),
 });
 
+const setBoardLine = StateEffect.define();
+const boardLine = StateField.define({
+  create: () => Decoration.none,
+  update: (shown, change) => {
+    let next = shown.map(change.changes);
+    for (const effect of change.effects) if (effect.is(setBoardLine)) next = effect.value;
+    return next;
+  },
+  provide: (field) => EditorView.decorations.from(field),
+});
+
+/** Marks the line (from 1) of the instruction on the board, or none. */
+function showBoardLine(view, number) {
+  const { doc } = view.state;
+  if (number === null || number > doc.lines) return view.dispatch({ effects: setBoardLine.of(Decoration.none) });
+  const { from } = doc.line(number);
+  const mark = Decoration.line({ class: "cm-board" }).range(from);
+  view.dispatch({ effects: [setBoardLine.of(Decoration.set([mark])), EditorView.scrollIntoView(from, { y: "nearest" })] });
+}
+
 /** The editor's colours are the page's. */
 const theme = EditorView.theme({
   "&": { fontSize: "13px", backgroundColor: "var(--raised)", color: "var(--text)", border: "1px solid var(--rule)", borderRadius: "6px" },
@@ -71,7 +91,7 @@ function makeEditor(parent, { changed, complete, hover, grammar }) {
     CodeMirror.lineNumbers(), CodeMirror.history(), CodeMirror.drawSelection(), CodeMirror.highlightActiveLine(), CodeMirror.bracketMatching(),
     CodeMirror.closeBrackets(), CodeMirror.highlightSelectionMatches(), CodeMirror.indentUnit.of("    "), CodeMirror.lintGutter(),
     CodeMirror.autocompletion({ override: [complete] }), CodeMirror.hoverTooltip(hover),
-    language, CodeMirror.syntaxHighlighting(highlight), cycles, theme,
+    language, CodeMirror.syntaxHighlighting(highlight), cycles, boardLine, theme,
     CodeMirror.keymap.of(keys.flatMap((name) => CodeMirror[name])),
     EditorView.contentAttributes.of({ "aria-label": "The program", spellcheck: "false" }),
     EditorView.updateListener.of((update) => update.docChanged && changed()),

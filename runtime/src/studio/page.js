@@ -40,6 +40,7 @@ function changed() {
   state.generation += 1;
   status("Changed …");
   for (const name of ["pictures", "proofs"]) lanes[name]?.stop();
+  forgetBoard();
   state.timer = setTimeout(update, QUIET_MS);
 }
 
@@ -57,6 +58,7 @@ async function update() {
   state.isRight = done.code === 0;
   document.querySelectorAll(".result").forEach((result) => result.classList.toggle("stale", !state.isRight));
   document.querySelectorAll(".export").forEach((button) => (button.disabled = !state.isRight));
+  enableBoard();
   if (!state.isRight) return status("The program is not right yet: what is shown is of the last one that was.");
   showInstruments(told.filter(({ kind }) => kind === "numbers").map(({ instrument }) => instrument));
   await Promise.all([showPage(text, isNow).then(() => showCurves(text, isNow)), showBudget(text, isNow)]);
@@ -265,6 +267,7 @@ async function begin() {
   for (const id of ["#board", "#instrument"]) find(id).addEventListener("change", changed);
   find("#format").addEventListener("click", format);
   find("#link").addEventListener("click", link);
+  beginBoard();
   document.querySelectorAll(".export").forEach((button) => button.addEventListener("click", () => exportFile(button.dataset.kind)));
   const program = await linked();
   open(program ?? data.examples.find(({ file }) => file === data.first));
@@ -273,7 +276,7 @@ async function begin() {
     if (!program) playPage(await unpacked("first"));
     const module = await loadCompiler();
     const source = find("#wasi").textContent + find("#worker").textContent;
-    for (const name of ["answers", "pictures", "proofs", "exports"]) lanes[name] = new Lane(module, source);
+    for (const name of ["answers", "pictures", "proofs", "exports", "board"]) lanes[name] = new Lane(module, source);
   } catch (error) {
     return status(`The compiler cannot begin: ${error.message}. The studio needs WebAssembly, workers and DecompressionStream.`);
   }

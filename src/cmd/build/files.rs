@@ -90,6 +90,11 @@ impl Output {
         matches!(self.kind, Kind::Elf | Kind::Uf2)
     }
 
+    /// Whether another project has it: a relocatable file or C text.
+    pub fn is_for_projects(&self) -> bool {
+        matches!(self.kind, Kind::Object | Kind::C)
+    }
+
     /// Whether it is a relocatable file.
     pub fn is_object(&self) -> bool {
         self.kind == Kind::Object
@@ -130,6 +135,11 @@ impl Files<'_> {
         if args.self_test {
             return self.write_self_test(args);
         }
+        if args.safety && !args.output.is_for_projects() {
+            let why = "--safety is for a .o or a .c: a whole image guards its keys in any case, and \
+                       a .wasm or an .fmu drives no motor";
+            return Err(Failure::Usage(why.to_string()));
+        }
         if !args.output.is_image() {
             if args.firmware_texts.is_some() {
                 let why = "--firmware-texts writes what is in a whole image, .elf or .uf2";
@@ -142,7 +152,7 @@ impl Files<'_> {
                 let why = "--map and --listing show machine code; C, WebAssembly and FMUs have none: make a .o";
                 Err(Failure::Usage(why.to_string()))
             }
-            Kind::C => self.write_c(&args.output.path),
+            Kind::C => self.write_c(args),
             Kind::Wasm => self.write_wasm(&args.output.path),
             Kind::Fmu => self.write_fmu(&args.output.path),
             Kind::Object => self.write_object(args),

@@ -5,15 +5,17 @@
 
 use std::path::Path;
 
-use whippen_compiler::bindings::{Interface, c_header, c_source, rust_module};
-use whippen_compiler::firmware::with_values_from;
+use whippen_compiler::bindings::{Interface, SafetyInterface, c_header, c_source, rust_module};
+use whippen_compiler::firmware::{
+    FirmwareError, Setup, safety_numbers, safety_object, with_values_from,
+};
 use whippen_compiler::image::{Input, Object, SectionKind, Variables, link, relocatable};
 use whippen_compiler::kernel::{Kernel, verify};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::thumb::{self, Built};
 use whippen_compiler::variables::variables;
 use whippen_runtime::fmu::fmu;
-use whippen_runtime::image::ImageInstrument;
+use whippen_runtime::image::{self, ImageInstrument};
 
 use super::Args;
 use super::files::{Files, put};
@@ -76,12 +78,14 @@ impl Files<'_> {
         Ok(parts)
     }
 
-    pub(super) fn write_c(&self, path: &Path) -> Outcome {
+    pub(super) fn write_c(&self, args: &Args) -> Outcome {
+        let path = &args.output.path;
         let header = path.with_extension("h");
         let include = header.file_name().unwrap_or_default().to_string_lossy();
         let module = path.with_extension("rs");
         let module = module.file_name().unwrap_or_default().to_string_lossy();
         let parts = self.parts()?;
+        self.check_names(args, &parts)?;
         let mut interfaces = Vec::new();
         for part in &parts {
             let kernel = part.kernel(&part.compiled.lowered.kernel);
@@ -90,6 +94,11 @@ impl Files<'_> {
                 Failure::Defect(told.join("; "))
             })?;
             let own = Interface::of_c(part.compiled, kernel, &part.name, part.keys);
+            let safety = self.guarded(args, part)?.map(|setup| {
+                let numbers = safety_numbers(&setup).map_err(refused)?;
+                Ok::<_, Failure>(SafetyInterface::of_c(numbers))
+            });
+            let own = own.with_safety(safety.transpose()?);
             interfaces.push(own.with_first_key(part.first));
         }
         let sources = interfaces.iter().filter_map(c_source);
@@ -136,11 +145,14 @@ impl Files<'_> {
 
     pub(super) fn write_object(&self, args: &Args) -> Outcome {
         let (setup, path) = (self.setup, &args.output.path);
-        let (parts, instruments) = (self.parts()?, self.setup.image_instruments()?);
+        let parts = self.parts()?;
+        self.check_names(args, &parts)?;
+        let instruments = self.setup.image_instruments()?;
         let built: Vec<Built> = parts
             .iter()
-            .map(|part| self.compiled(part, &instruments[part.instrument]))
+            .map(|part| self.compiled(part, &instruments[part.instrument], args.safety))
             .collect::<Result<_, _>>()?;
+        let safety = self.safety(args, &parts, &built)?;
         let each = || parts.iter().zip(&built);
         let own: Vec<Variables> = each()
             .map(|(part, built)| {
@@ -159,6 +171,7 @@ impl Files<'_> {
                     setup.board.arch,
                 )
                 .with_first_key(part.first)
+                .with_safety(args.safety.then(SafetyInterface::of_object))
             })
             .collect();
         let inputs: Vec<Input> = each()
@@ -167,7 +180,15 @@ impl Files<'_> {
                 places: &instruments[part.instrument].places,
             })
             .collect();
-        let of_time = self.of_time(args, &parts, &instruments, &inputs)?;
+        let mut of_parts: Vec<Vec<Input>> = inputs.iter().map(|input| vec![*input]).collect();
+        for (of_part, object) in of_parts.iter_mut().zip(&safety) {
+            of_part.push(Input {
+                object,
+                places: &[],
+            });
+        }
+        let of_time = self.of_time(args, &parts, &instruments, &of_parts)?;
+        let inputs = of_parts.concat();
         let (object, places) = Object::joined(&inputs);
         let bytes = relocatable(&object, setup.board.arch, &places, &own)
             .map_err(|error| Failure::Defect(format!("the object file: an address {error}")))?;
@@ -185,7 +206,7 @@ impl Files<'_> {
         args: &Args,
         parts: &[Part],
         instruments: &[ImageInstrument],
-        inputs: &[Input],
+        inputs: &[Vec<Input>],
     ) -> Result<String, Failure> {
         let (mut told, mut all, mut period) = (Vec::new(), 0, u64::MAX);
         for (part, input) in parts.iter().zip(inputs) {
@@ -209,17 +230,59 @@ impl Files<'_> {
         Ok(told.join("\n"))
     }
 
-    fn compiled(&self, part: &Part, instrument: &ImageInstrument) -> Result<Built, Failure> {
+    fn compiled(
+        &self,
+        part: &Part,
+        instrument: &ImageInstrument,
+        gain: bool,
+    ) -> Result<Built, Failure> {
         let options = thumb::Options {
             name: part.name.clone(),
             keys: part.keys,
-            gain: false,
+            gain,
             probes: false,
             arch: self.setup.board.arch,
         };
         let built = thumb::compile(&instrument.modes, &options).map_err(code_failure)?;
         let own = part.kernel(&instrument.modes.kernel);
         Ok(built.with_keys_of(&own, part.first))
+    }
+
+    /// What guards a part's keys, where that is asked for.
+    fn guarded(&self, args: &Args, part: &Part) -> Result<Option<Setup>, Failure> {
+        if !args.safety {
+            return Ok(None);
+        }
+        let (device, first) = (&self.setup.device, part.first.try_into().unwrap_or(0));
+        let setup = image::setup(part.compiled, device, part.keys, 1, first);
+        setup.map(Some).map_err(Failure::Usage)
+    }
+
+    /// The code that guards the keys of each part; none where it is not asked for.
+    fn safety(&self, args: &Args, parts: &[Part], built: &[Built]) -> Result<Vec<Object>, Failure> {
+        let of_part = |(part, built): (&Part, &Built)| {
+            let setup = self.guarded(args, part).transpose()?;
+            let arch = self.setup.board.arch;
+            Some(setup.and_then(|setup| {
+                safety_object(&part.name, &built.layout, &setup, arch).map_err(refused)
+            }))
+        };
+        parts.iter().zip(built).filter_map(of_part).collect()
+    }
+
+    /// That the names of one part's safety are not those of another part.
+    fn check_names(&self, args: &Args, parts: &[Part]) -> Outcome {
+        let is_safety_of = |part: &Part, other: &Part| part.name == format!("{}_safe", other.name);
+        let taken = parts.iter().find(|part| {
+            let mut others = parts.iter();
+            args.safety && others.any(|other| is_safety_of(part, other))
+        });
+        taken.map_or(Ok(()), |part| {
+            Err(Failure::Usage(format!(
+                "--safety: `{}` is what the safety of another zone is called: give it another name",
+                part.name
+            )))
+        })
     }
 
     /// Map and listing, with addresses as on the board.
@@ -231,6 +294,11 @@ impl Files<'_> {
         let image = link(&board, inputs, entry).map_err(link_failure)?;
         self.listings(args, &image, &board)
     }
+}
+
+/// Why keys cannot be guarded.
+fn refused(why: FirmwareError) -> Failure {
+    Failure::Usage(why.to_string())
 }
 
 /// The header and the module beside a file; of several instruments, a module for each.

@@ -2,10 +2,12 @@
 //! code and data as is said.
 
 use whippen_compiler::budget::{
-    Budget, CoreBudget, NotBounded, Program as Bytes, Tick, tick_without_waiting,
+    Bound, Budget, CoreBudget, NotBounded, Program as Bytes, Tick, calling_tick_without_waiting,
+    tick_without_waiting,
 };
 use whippen_compiler::deadline_diagnostic::{WorstMode, deadline_diagnostic};
 use whippen_compiler::diag::{Diagnostic, Severity};
+use whippen_compiler::firmware::safe_tick_name;
 use whippen_compiler::image::{Board, Input, Start, link};
 use whippen_compiler::mode_names::mode_names;
 use whippen_runtime::image::ImageInstrument;
@@ -21,6 +23,8 @@ use crate::say::tell;
 pub struct TickBound {
     bytes: Bytes,
     tick: Tick,
+    /// With what guards the keys, where it is part of the file.
+    safe: Option<Bound>,
     /// The modes of a key, in words.
     modes: Vec<String>,
     budget: Budget,
@@ -60,24 +64,33 @@ pub fn board_to_link_for(setup: &ImageSetup) -> Board {
 }
 
 impl TickBound {
-    /// Of an object with the code of an instrument's keys.
+    /// Of objects with the code of an instrument's keys, and of what guards them, if that is wanted.
     ///
     /// # Errors
     /// It has no bound, or no place on the board.
     pub fn of(
         (setup, part): (&ImageSetup, &Part),
         instrument: &ImageInstrument,
-        input: &Input,
+        inputs: &[Input],
     ) -> Result<Self, Failure> {
         let name = &part.name;
         let board = board_to_link_for(setup);
-        let linked = link(&board, &[*input], &format!("{name}_tick")).map_err(link_failure)?;
+        let linked = link(&board, inputs, &format!("{name}_tick")).map_err(link_failure)?;
         let bytes = Bytes::of(&linked);
         let timing = board.timing().at_worst();
         let tick = tick_without_waiting(&bytes, name, &timing)
             .map_err(|error: NotBounded| Failure::Usage(error.to_string()))?;
+        let safe_tick = safe_tick_name(name);
+        let is_guarded = bytes.symbols.contains_key(&safe_tick);
+        let safe = is_guarded.then(|| {
+            let called = (name.as_str(), &tick, part.keys);
+            calling_tick_without_waiting(&bytes, &safe_tick, called, &timing)
+                .map_err(|error| Failure::Usage(error.to_string()))
+        });
+        let safe = safe.transpose()?;
         Ok(Self {
-            budget: budget(setup, part, &tick),
+            budget: budget(setup, part, &tick, safe.as_ref()),
+            safe,
             modes: mode_names(&part.compiled.model, &instrument.modes),
             bytes,
             tick,
@@ -107,25 +120,38 @@ impl TickBound {
     /// What is proven, and under which conditions.
     fn text(&self, setup: &ImageSetup, part: &Part) -> String {
         let (name, core) = (&part.name, setup.board.timing().name);
-        let (most, period) = (self.tick.cycles_max(part.keys), self.budget.period_cycles);
-        let (key, frame) = (self.tick.key_cycles_max(), self.tick.frame_cycles_max());
+        let (most, period) = self.cycles();
+        let (key, class) = (self.tick.key_cycles_max(), self.budget.class);
+        let (frame, function) = (
+            most - u64::from(part.keys) * key,
+            if self.safe.is_some() {
+                "safe_tick"
+            } else {
+                "tick"
+            },
+        );
         format!(
-            "{name}_tick takes at most {most} cycles of a {core}, {key} for each key and {frame} around them;\n\
+            "{name}_{function} takes at most {most} cycles of a {core}, {key} for each key and {frame} around them;\n\
              a tick at {:#} Hz and {} MHz has {period}. That is proven ({}) where each fetch and each access\n\
              takes one cycle, all data lie in one memory, from which nothing is fetched and which nobody else uses,\n\
              and nothing interrupts it. What calls it is not counted.",
             self.budget.rate_hz,
             f64::from(self.budget.clock_hz) / 1e6,
-            self.tick.class(),
+            class,
         )
     }
 }
 
-/// A tick as the budget of one core, around whose keys nothing is but the function.
-fn budget(setup: &ImageSetup, part: &Part, tick: &Tick) -> Budget {
+/// A tick as the budget of one core, around whose keys nothing is but the function, and what guards
+/// them.
+fn budget(setup: &ImageSetup, part: &Part, tick: &Tick, safe: Option<&Bound>) -> Budget {
     let (rate_hz, clock_hz) = (part.compiled.model.rate_hz, setup.board.clock_hz);
     let (period_cycles, key) = (rate_hz.cycles_min(clock_hz), tick.key_cycles_max());
-    let cycles_max = tick.cycles_max(part.keys);
+    let alone = tick.cycles_max(part.keys);
+    let cycles_max = safe.map_or(alone, |safe| safe.cycles_max);
+    let around_cycles_max = tick.frame_cycles_max() + cycles_max.saturating_sub(alone);
+    let class = safe.map_or(tick.class(), |safe| safe.class.max(tick.class()));
+    let stack_bytes_max = safe.map_or(tick.stack_bytes_max(), |safe| safe.stack_bytes_max);
     let slack_cycles = period_cycles as i64 - cycles_max as i64;
     Budget {
         period_cycles,
@@ -136,14 +162,14 @@ fn budget(setup: &ImageSetup, part: &Part, tick: &Tick) -> Budget {
         cores: vec![CoreBudget {
             keys: part.keys,
             cycles_max,
-            keys_cycles_max: cycles_max - tick.frame_cycles_max(),
-            around_cycles_max: tick.frame_cycles_max(),
+            keys_cycles_max: cycles_max - around_cycles_max,
+            around_cycles_max,
             contention_cycles_max: 0,
             slack_cycles,
             more_keys: (slack_cycles.max(0) as u64 / key.max(1)) as u32,
-            stack_bytes_max: tick.stack_bytes_max(),
+            stack_bytes_max,
         }],
-        class: tick.class(),
+        class,
         key_class: tick.class(),
     }
 }

@@ -1,5 +1,5 @@
-//! A knob's parts on the pins of an emulated chip: sensor, driver and motor, as a board file with
-//! `[knob]` and a device file say, and a hand that turns it.
+//! The parts of knobs on the pins of an emulated chip: sensors, drivers and motors, as a board file
+//! with `[knob]` and a device file say, and hands that turn them, all alike.
 //!
 //! ```text
 //!   --motion--> hand --spring--> shaft <--motor <-- driver <--pins-- chip
@@ -9,7 +9,7 @@
 use std::ffi::OsStr;
 use std::fmt::Write;
 
-use whippen_compiler::board::Knob as Pins;
+use whippen_compiler::board::{Knob as Pins, Shaft};
 use whippen_compiler::model::Moves;
 use whippen_emulator::elf::Elf;
 use whippen_emulator::{DeviceId, Hand, Knob, KnobParts, KnobPins, Machine, MotorParameters};
@@ -61,19 +61,18 @@ fn motor(device: &Device, pole_pairs: u32) -> Option<MotorParameters> {
     })
 }
 
-/// A knob on the pins.
+/// Knobs on the pins.
 pub struct WiredKnob {
-    id: DeviceId,
+    /// Each, and where it stood when its hand took it (rad).
+    knobs: Vec<(DeviceId, f64)>,
     /// The rows of its table, and of the hand.
     pub rows: Rows,
-    /// Where it stood when the hand took it (rad).
-    from: f64,
     /// What is written at the end, if it is wanted.
     table: Option<String>,
 }
 
 impl WiredKnob {
-    /// Wires it.
+    /// Wires them.
     ///
     /// # Errors
     /// The device says no motor of a knob, or the motion no motion.
@@ -96,59 +95,57 @@ impl WiredKnob {
             motor,
             angle_rad: 0.0,
         };
-        let pins = KnobPins {
-            select: knob.select,
-            clock: knob.clock,
-            data: knob.data,
-            phases: knob.phases,
-            enable: knob.enable,
-            fault: knob.fault,
+        let mut attach = |own: &Shaft| {
+            let pins = KnobPins {
+                select: knob.select,
+                clock: knob.clock,
+                data: own.data,
+                phases: own.phases,
+                enable: knob.enable,
+                fault: knob.fault,
+            };
+            (Knob::attach(&mut machine.bus, pins, parts), 0.0)
         };
+        let knobs = knob.shafts.iter().map(&mut attach).collect();
         let motion = args.motion.as_deref().map(|path| (path, true));
         let rows = Rows::new(machine, elf, knob.period_cycles, motion)?;
-        let table = args
-            .out
-            .is_some()
-            .then(|| "t_s,angle_deg,hand_n_m,torque_n_m,current_a,driven\n".to_string());
-        Ok(WiredKnob {
-            id: Knob::attach(&mut machine.bus, pins, parts),
-            rows,
-            from: 0.0,
-            table,
-        })
+        let table = args.out.is_some().then(|| titles(knob.shafts.len()));
+        Ok(WiredKnob { knobs, rows, table })
     }
 
-    /// A row; then the hand goes on.
+    /// A row; then the hands go on.
     pub fn pass(&mut self, machine: &mut Machine) {
         let moves = self.rows.hand(machine);
-        let Some(knob) = machine.bus.device_mut::<Knob>(self.id) else {
-            return;
-        };
-        let (angle, driven) = (knob.motor().angle_rad(), knob.is_driven());
-        let hand = knob.hand;
-        if let Some(table) = &mut self.table {
+        let mut row = format!("{:.6}", self.rows.time_s());
+        for (id, from) in &mut self.knobs {
+            let Some(knob) = machine.bus.device_mut::<Knob>(*id) else {
+                return;
+            };
+            let (angle, hand) = (knob.motor().angle_rad(), knob.hand);
             let push = hand.stiffness * (hand.place_rad - angle)
                 - hand.damping * knob.motor().speed_rad_s();
-            let _ = writeln!(
-                table,
-                "{:.6},{:.4},{push:.6},{:.6},{:.4},{}",
-                self.rows.time_s(),
+            let _ = write!(
+                row,
+                ",{:.4},{push:.6},{:.6},{:.4},{}",
                 angle.to_degrees(),
                 knob.motor().torque_n_m(),
                 knob.motor().phase_currents()[0],
-                u8::from(driven),
+                u8::from(knob.is_driven()),
             );
-        }
-        if let Some((place, comes)) = moves {
-            if comes {
-                self.from = angle;
+            if let Some((place, comes)) = moves {
+                if comes {
+                    *from = angle;
+                }
+                knob.hand = Hand {
+                    torque_n_m: 0.0,
+                    stiffness: GRIP[0],
+                    damping: GRIP[1],
+                    place_rad: *from + place,
+                };
             }
-            knob.hand = Hand {
-                torque_n_m: 0.0,
-                stiffness: GRIP[0],
-                damping: GRIP[1],
-                place_rad: self.from + place,
-            };
+        }
+        if let Some(table) = &mut self.table {
+            let _ = writeln!(table, "{row}");
         }
         self.rows.pass();
     }
@@ -158,16 +155,33 @@ impl WiredKnob {
         self.table.as_deref()
     }
 
-    /// In words: how it stands.
+    /// In words: how they stand.
     pub fn told(&self, machine: &Machine) -> String {
-        let Some(knob) = machine.bus.device::<Knob>(self.id) else {
-            return String::new();
+        let one = |(id, _): &(DeviceId, f64)| {
+            let knob = machine.bus.device::<Knob>(*id)?;
+            let driven = match knob.is_driven() {
+                true => "driven",
+                false => "not driven",
+            };
+            let degrees = knob.motor().angle_rad().to_degrees();
+            Some(format!("{degrees:.2} degrees from its start, {driven}"))
         };
-        let driven = match knob.is_driven() {
-            true => "driven",
-            false => "not driven",
-        };
-        let degrees = knob.motor().angle_rad().to_degrees();
-        format!("{degrees:.2} degrees from its start, {driven}")
+        let all: Vec<String> = self.knobs.iter().filter_map(one).collect();
+        all.join("; ")
     }
+}
+
+/// The titles of a table of so many knobs; those of the second one end in `_2`.
+fn titles(knobs: usize) -> String {
+    let mut titles = "t_s".to_string();
+    for number in 1..=knobs {
+        let end = match number {
+            1 => String::new(),
+            _ => format!("_{number}"),
+        };
+        for what in ["angle_deg", "hand_n_m", "torque_n_m", "current_a", "driven"] {
+            let _ = write!(titles, ",{what}{end}");
+        }
+    }
+    titles + "\n"
 }

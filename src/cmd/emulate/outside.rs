@@ -85,10 +85,10 @@ impl PartArgs {
         let board = find_board(Some(name), None)?;
         outside.moved = Some(match option {
             "--knob" => {
-                let knob = board.knob.ok_or_else(|| {
+                let knob = board.knob.as_ref().ok_or_else(|| {
                     wrong("this board has no `[knob]`, which says what its pins lead to")
                 })?;
-                Moved::Knob(WiredKnob::connect(self, machine, elf, &knob)?)
+                Moved::Knob(WiredKnob::connect(self, machine, elf, knob)?)
             }
             _ => {
                 let bench = board.bench.as_ref().ok_or_else(|| {

@@ -92,6 +92,7 @@ impl Observer for Trace<'_> {
             address,
             inst,
             cost,
+            cpu: _,
         } = step;
         let text = assembly(inst, *address);
         // A cost prints as `2: 1 issue, 1 late r0`; a folded instruction as `0`.

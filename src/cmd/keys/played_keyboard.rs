@@ -74,7 +74,9 @@ impl<'a> PlayedKeyboard<'a> {
         let (layout, ids) = self.layout.only(|_| true);
         let models: Vec<&Model> = ids.iter().map(|id| &self.instruments[id.index()]).collect();
         let on_board = setup.on_board;
-        on_board.prove(setup.map, &models, layout, setup.device, on.kind)
+        on_board
+            .prove(setup.map, &models, layout, setup.device, on.kind)
+            .map(drop)
     }
 
     /// The program that plays.

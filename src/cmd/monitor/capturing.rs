@@ -19,7 +19,7 @@ use whippen_runtime::report::{Made, Section};
 use whippen_runtime::session::{ALL, Recorded, RunError};
 
 use super::board::{KnownBoard, PlacedKey};
-use super::failure;
+use super::{failure, told};
 use crate::cmd::load;
 use crate::cmd::option;
 use crate::cmd::run::{Outputs, report};
@@ -258,6 +258,7 @@ impl CaptureArgs {
             };
             differ += told.tell(client, &mut sections)?;
         }
+        told::lost(client.lost_answers(), as_json);
         if let Some(path) = &self.report {
             let title = format!(
                 "{} on the board",

@@ -14,8 +14,17 @@ const LISTED: usize = 8;
 /// A gain of 1.
 const WHOLE: f64 = 65_536.0;
 
+/// What is told at once.
+pub struct Look {
+    /// What the board says.
+    pub status: Status,
+    /// Answers that the line lost until then; none where nothing is asked twice.
+    pub lost_answers: Option<u32>,
+}
+
 /// A few lines.
-pub fn text(status: &Status, known: Option<&(&KnownBoard, Lives)>) -> String {
+pub fn text(look: &Look, known: Option<&(&KnownBoard, Lives)>) -> String {
+    let status = &look.status;
     let mut text = String::new();
     if let Some((known, _)) = known {
         let _ = writeln!(text, "{}", known.told());
@@ -42,11 +51,15 @@ pub fn text(status: &Status, known: Option<&(&KnownBoard, Lives)>) -> String {
     for (name, value) in known.map_or(&[][..], |(_, lives)| lives) {
         let _ = writeln!(text, "{name} = {value}");
     }
+    if let Some(lost) = look.lost_answers.and_then(told_lost) {
+        let _ = writeln!(text, "{lost}");
+    }
     text
 }
 
 /// One line.
-pub fn line(status: &Status) -> String {
+pub fn line(look: &Look) -> String {
+    let status = &look.status;
     let ticks = status.cores.iter().map(|core| core.ticks.to_string());
     let faults = match status.told_faults().len() {
         0 => "no faults".to_string(),
@@ -54,11 +67,24 @@ pub fn line(status: &Status) -> String {
     };
     let ticks: Vec<String> = ticks.collect();
     let ticks = ticks.join(" and ");
+    let lost = look.lost_answers.and_then(told_lost);
     format!(
-        "{ticks} ticks, {} missed, {faults}; {}",
+        "{ticks} ticks, {} missed, {faults}; {}{}",
         status.missed(),
-        told_gains(status)
+        told_gains(status),
+        lost.map_or(String::new(), |lost| format!("; {lost}"))
     )
+}
+
+/// That the line loses answers, where it does.
+fn told_lost(answers: u32) -> Option<String> {
+    match answers {
+        0 => None,
+        1 => Some("the line lost 1 answer, which was asked for again".to_string()),
+        more => Some(format!(
+            "the line lost {more} answers, which were asked for again"
+        )),
+    }
 }
 
 fn told_gains(status: &Status) -> String {
@@ -79,7 +105,8 @@ fn told_gains(status: &Status) -> String {
 }
 
 /// One object.
-pub fn json(status: &Status, known: Option<&(&KnownBoard, Lives)>) -> Value {
+pub fn json(look: &Look, known: Option<&(&KnownBoard, Lives)>) -> Value {
+    let status = &look.status;
     let core = |core: &CoreStatus| {
         json!({
             "ticks": core.ticks,
@@ -100,10 +127,20 @@ pub fn json(status: &Status, known: Option<&(&KnownBoard, Lives)>) -> Value {
     json!({
         "kind": "status",
         "missed": status.missed(),
+        "lost_answers": look.lost_answers,
         "faults": status.told_faults(),
         "cores": status.cores.iter().map(core).collect::<Vec<_>>(),
         "live": lives.collect::<serde_json::Map<_, _>>(),
     })
+}
+
+/// What the line lost while something else than a status was asked for.
+pub fn lost(answers: u32, as_json: bool) {
+    match told_lost(answers) {
+        _ if as_json => say!("{}", json!({"kind": "line", "lost_answers": answers})),
+        Some(lost) => say!("{lost}"),
+        None => {}
+    }
 }
 
 /// What a key remembers.

@@ -163,6 +163,47 @@ pub unsafe fn set_Loud(state: *mut State, value: bool) {
     unsafe { addr_of_mut!((*state).live_Loud).write_volatile(i32::from(value)) };
 }
 
+/// In `faults`: a tick was missed: all forces went to zero and came back.
+pub const FAULT_MISSED: u32 = 1;
+
+/// In `faults`: a sensor word stayed at a rail for 10 ms: its key went free.
+pub const FAULT_RAIL: u32 = 2;
+
+/// In `faults`: a sensor word stayed the same for 100 ms in mid-travel while the drive moved: its key went free.
+pub const FAULT_FROZEN: u32 = 4;
+
+/// In `faults`: a motor got too warm: its force was held at what it stands for ever.
+pub const FAULT_HOT: u32 = 8;
+
+/// What the safety of the keys tells.
+#[repr(C)]
+pub struct Safety {
+    private_0: [u32; 7],
+    /// It is the number of the last tick.
+    pub tick: u32,
+    private_32: [u32; 1],
+    /// It is ticks that were missed.
+    pub missed: u32,
+    /// It is faults so far, a bit each.
+    pub faults: u32,
+    /// It is the key that went free last, counted from 0; -1 for none.
+    pub faulty_key: i32,
+    private_48: [u32; 4],
+}
+
+unsafe extern "C" {
+    /// What the safety tells; read it volatile, write nothing.
+    #[link_name = "probe_safety"]
+    pub static mut SAFETY: Safety;
+    /// Prepares all keys, whose first words are in `inputs`; forgets faults, and takes all force away.
+    #[link_name = "probe_safe_init"]
+    pub fn safe_init();
+    /// One tick of all keys, in place of `tick`. `number` counts ticks by a clock of yours, not by calls: where it is not the
+    /// one before and 1, a tick was missed, no key is ticked, and forces go to zero and come back.
+    #[link_name = "probe_safe_tick"]
+    pub fn safe_tick(number: u32);
+}
+
 /// Takes the oldest event. What found the ring full is counted, and lost.
 ///
 /// # Safety

@@ -152,7 +152,7 @@ impl ListingWriter<'_> {
         } else {
             format!("{first:04x}")
         };
-        let text = format!("{}{}", inst, self.target(&inst, address));
+        let text = format!("{}{}", inst, target(self.image, &inst, address));
         let why = if plain(&cost) {
             String::new()
         } else {
@@ -182,21 +182,20 @@ impl ListingWriter<'_> {
         );
         size
     }
+}
 
-    /// Where a branch goes, by name.
-    fn target(&self, inst: &Inst, address: u32) -> String {
-        if !matches!(inst.op(), Op::B | Op::BL | Op::CBZ | Op::CBNZ) {
-            return String::new();
-        }
-        let to = address.wrapping_add(4).wrapping_add_signed(inst.offset());
-        let inside = |s: &&Named| {
-            s.kind == SymbolKind::Function && to.wrapping_sub(s.address) < s.size.max(1)
-        };
-        match self.image.symbols.iter().find(inside) {
-            Some(symbol) if symbol.address == to => format!(" ; {}", symbol.name),
-            Some(symbol) => format!(" ; {}+{:#x}", symbol.name, to - symbol.address),
-            None => format!(" ; {to:08x}"),
-        }
+/// Where a branch goes, by name; empty for other instructions.
+pub(super) fn target(image: &Image, inst: &Inst, address: u32) -> String {
+    if !matches!(inst.op(), Op::B | Op::BL | Op::CBZ | Op::CBNZ) {
+        return String::new();
+    }
+    let to = address.wrapping_add(4).wrapping_add_signed(inst.offset());
+    let inside =
+        |s: &&Named| s.kind == SymbolKind::Function && to.wrapping_sub(s.address) < s.size.max(1);
+    match image.symbols.iter().find(inside) {
+        Some(symbol) if symbol.address == to => format!(" ; {}", symbol.name),
+        Some(symbol) => format!(" ; {}+{:#x}", symbol.name, to - symbol.address),
+        None => format!(" ; {to:08x}"),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Code and data without addresses: sections, symbols, places to be filled in.
 
+use std::collections::BTreeSet;
+
 use super::lines::Place;
 use super::link::Input;
 
@@ -153,6 +155,18 @@ impl Object {
                 }));
             places.extend_from_slice(input.places);
         }
+        all.forget_what_is_defined();
         (all, places)
+    }
+
+    /// What one of several objects wants of another is a name of their own.
+    fn forget_what_is_defined(&mut self) {
+        let defined = self
+            .symbols
+            .iter()
+            .filter(|symbol| symbol.section.is_some());
+        let defined: BTreeSet<String> = defined.map(|symbol| symbol.name.clone()).collect();
+        self.symbols
+            .retain(|symbol| symbol.section.is_some() || !defined.contains(&symbol.name));
     }
 }

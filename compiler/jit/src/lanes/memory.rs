@@ -187,6 +187,7 @@ impl Lanes<'_> {
             k,
             ends: wave::ends(&self.t.kernel.values, &inst.args),
             mask: self.mask,
+            saturates: true,
             f: &mut self.t.f,
         };
         points.tick();

@@ -215,6 +215,7 @@ impl Translator<'_> {
             k,
             ends: wave::ends(&self.kernel.values, &inst.args),
             mask: None,
+            saturates: true,
             f: &mut self.f,
         };
         points.tick();

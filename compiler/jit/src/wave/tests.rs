@@ -22,6 +22,17 @@ fn string(count: u32, k: [i64; 4], ends: [i64; 2]) -> Kernel {
 fn compare(rng: &mut Rng, count: u32, keys: usize, sizes: u64) {
     let mut size = || (rng.next() >> sizes) as i64;
     let k = [size(), -size(), size(), -size()];
+    compare_words(rng, (count, keys, k), |rng| {
+        rng.interesting(Type::I32.range())
+    });
+}
+
+/// Ticks a string of so many points and keys, with such coefficients, that begins with such words.
+fn compare_words(
+    rng: &mut Rng,
+    (count, keys, k): (u32, usize, [i64; 4]),
+    mut word: impl FnMut(&mut Rng) -> i64,
+) {
     let ends = [rng.pick(&[0, 2]), rng.pick(&[0, 2])];
     let kernel = string(count, k, ends);
     let mut interp = Interp::new(&kernel, keys).expect("verifies");
@@ -31,7 +42,7 @@ fn compare(rng: &mut Rng, count: u32, keys: usize, sizes: u64) {
     for (key, cell) in (0..keys).flat_map(|key| [(key, 0), (key, 1)]) {
         let words = kernel.cells[cell].len as usize;
         for point in 0..words {
-            let word = rng.interesting(Type::I32.range());
+            let word = word(rng);
             interp.set_cell(key, cell, point, word).expect("a word");
             code.set_cell(key, cell, point, word).expect("a word");
         }
@@ -52,6 +63,25 @@ fn strings_of_every_length() {
             // Coefficients of all sizes, and stable ones.
             for sizes in [33, 34, 36] {
                 compare(&mut rng, count, keys, sizes);
+            }
+        }
+    }
+}
+
+/// Sums are plain where all words are small and saturate where one is not: words on both sides of
+/// that limit, with the largest coefficients, whose signs let sums grow the most.
+#[test]
+fn strings_at_the_limit_of_plain_sums() {
+    let mut rng = Rng::new(2);
+    let [low, high] = [i32::MIN, i32::MAX].map(i64::from);
+    let limit = 1_i64 << super::vectors::SMALL_BITS;
+    for size in [limit - 1, limit, 2 * limit, 4 * limit] {
+        for k in [[high, low, high, low], [high, low, 0, 0], [0, 0, high, low]] {
+            for count in [5, 8, 31] {
+                for _ in 0..10 {
+                    let signed = |rng: &mut Rng| rng.pick(&[size, -size]);
+                    compare_words(&mut rng, (count, 1, k), signed);
+                }
             }
         }
     }

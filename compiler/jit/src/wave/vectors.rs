@@ -8,6 +8,10 @@
 //!                        | the last four |    blocks may overlap: the last is read before the others
 //!                                             are written, and written behind them
 //! ```
+//!
+//! Vectors have no sums that saturate. Where all slopes and rates are small no sum can leave the
+//! words ([`SMALL_BITS`]), so the first pass is made with plain sums and looks at them; only where
+//! one is large it is made again, and both passes with sums that are held.
 
 use super::Points;
 use crate::saturate;
@@ -17,6 +21,14 @@ use cranelift_codegen::ir::{InstBuilder, StackSlotData, StackSlotKind, Value};
 
 /// Points of a block.
 const WIDTH: i64 = 4;
+
+/// Bits of the magnitudes of slopes and rates with which no sum of a tick leaves its word.
+///
+/// Bends are below 2^29 (of an end, twice a slope). Coefficients are words, so the upper word of a
+/// product is at most half of its other factor: 2^28 of a bend, 2^27 of a rate. What a point does
+/// to itself or to a neighbour is at most 3 * 2^27; three of these and the rate are at most
+/// 11 * 2^27, which is less than 2^31.
+pub(super) const SMALL_BITS: u32 = 28;
 
 /// Whether a string whose points are so many bytes apart is ticked in vectors: where they are
 /// tested, and lie side by side.
@@ -44,19 +56,43 @@ impl Points<'_, '_> {
             self.words_of(first, first, [0; 4])
         });
         self.ty = I32X4;
-        let last = 4 * (self.count - WIDTH);
-        let tail = self.ins().iconst(I64, last);
-        let zero = saturate::constant(self.f, self.k[0], 0);
-        self.blocks(zero, |points, at, carried| {
-            points.products(done, at);
-            carried
-        });
-        self.products(done, tail);
+        self.saturates = false;
+        let seen = self.first_pass(done);
+        let large = self.constant_words(-1 << SMALL_BITS);
+        let large = self.ins().band(seen, large);
+        let large = self.ins().vany_true(large);
+        let [plain, held, after] = [(); 3].map(|()| self.f.create_block());
+        self.f.set_cold_block(held);
+        self.ins().brif(large, held, &[], plain, &[]);
+        self.f.switch_to_block(plain);
+        self.second_pass(done);
+        self.ins().jump(after, &[]);
+        self.saturates = true;
+        self.f.switch_to_block(held);
+        self.first_pass(done);
+        self.second_pass(done);
+        self.ins().jump(after, &[]);
+        self.f.switch_to_block(after);
+        self.last_slope();
+    }
+
+    /// Leaves what all points do; gives a word whose upper bits are set where a magnitude has them.
+    fn first_pass(&mut self, done: Done) -> Value {
+        let tail = self.tail();
+        let nothing = self.constant_words(0);
+        let seen = self.blocks(nothing, |points, at, seen| points.products(done, at, seen));
+        self.products(done, tail, seen)
+    }
+
+    /// Ticks all points and the slopes before them.
+    fn second_pass(&mut self, done: Done) {
+        let (tail, last) = (self.tail(), 4 * (self.count - WIDTH) as i32);
         let [e, v] = self.start;
         let access = self.access.columns;
+        let nothing = self.constant_words(0);
         let rates = self.rates(done, tail);
-        let slopes = self.ins().load(I32X4, access, e, last as i32);
-        self.blocks(zero, |points, at, before| {
+        let slopes = self.ins().load(I32X4, access, e, last);
+        self.blocks(nothing, |points, at, before| {
             let rates = points.rates(done, at);
             let at_slopes = points.ins().iadd(e, at);
             let slopes = points.ins().load(I32X4, access, at_slopes, 0);
@@ -67,11 +103,20 @@ impl Points<'_, '_> {
             points.ins().store(access, rates, at_rates, 0);
             rates
         });
-        self.ins().store(access, rates, v, last as i32);
-        let left = self.ins().load(I32X4, access, v, last as i32 - 4);
+        self.ins().store(access, rates, v, last);
+        let left = self.ins().load(I32X4, access, v, last - 4);
         let slopes = self.moved(slopes, left, rates);
-        self.ins().store(access, slopes, e, last as i32);
-        self.last_slope();
+        self.ins().store(access, slopes, e, last);
+    }
+
+    /// Bytes up to the last block.
+    fn tail(&mut self) -> Value {
+        let last = 4 * (self.count - WIDTH);
+        self.ins().iconst(I64, last)
+    }
+
+    fn constant_words(&mut self, number: i32) -> Value {
+        saturate::constant(self.f, self.k[0], number)
     }
 
     /// Room for what points do; what both ends do to their neighbours is there.
@@ -95,8 +140,8 @@ impl Points<'_, '_> {
         Done { beside, own }
     }
 
-    /// What a block of points does.
-    fn products(&mut self, done: Done, at: Value) {
+    /// What a block of points does; gives the bits of their magnitudes with those seen before.
+    fn products(&mut self, done: Done, at: Value, seen: Value) -> Value {
         let access = self.access.columns;
         let [e, v] = self.start.map(|start| self.ins().iadd(start, at));
         let [before, after] = [0, 4].map(|offset| self.ins().load(I32X4, access, e, offset));
@@ -107,6 +152,13 @@ impl Points<'_, '_> {
         self.ins().store(access, beside, to, 4);
         let to = self.ins().iadd(done.own, at);
         self.ins().store(access, own, to, 0);
+        if self.saturates {
+            return seen;
+        }
+        let magnitudes = [before, after, rates].map(|words| self.ins().iabs(words));
+        magnitudes
+            .into_iter()
+            .fold(seen, |seen, words| self.ins().bor(seen, words))
     }
 
     /// The rates of a block behind the tick.
@@ -131,8 +183,12 @@ impl Points<'_, '_> {
         self.ins().store(access, slope, e, last);
     }
 
-    /// All blocks but the last four points, in order, with a value that is carried on.
-    fn blocks(&mut self, carried: Value, each: impl FnOnce(&mut Self, Value, Value) -> Value) {
+    /// All blocks but the last four points, in order, with a value that is carried on and given.
+    fn blocks(
+        &mut self,
+        carried: Value,
+        each: impl FnOnce(&mut Self, Value, Value) -> Value,
+    ) -> Value {
         let end = 4 * (self.count - WIDTH);
         let [head, after] = [(); 2].map(|()| self.f.create_block());
         let start = self.ins().iconst(I64, 0);
@@ -144,7 +200,10 @@ impl Points<'_, '_> {
         let next = self.ins().iadd_imm_s(at, 4 * WIDTH);
         let more = self.ins().icmp_imm_s(IntCC::SignedLessThan, next, end);
         let again = [next.into(), carried.into()];
-        self.ins().brif(more, head, &again, after, &[]);
+        self.ins()
+            .brif(more, head, &again, after, &[carried.into()]);
+        let carried = self.f.append_block_param(after, I32X4);
         self.f.switch_to_block(after);
+        carried
     }
 }

@@ -46,6 +46,7 @@ impl<'a> Elaborator<'a, '_> {
         let live = Live {
             name: String::new(),
             dim: ty_of.dim(),
+            unit: String::new(),
             value: 0.0,
             range,
             span: ty.span,

@@ -5,6 +5,7 @@ use super::elaborate::Elaborator;
 use super::scope::{Made, ScopeId, Thing};
 use super::slot::Source;
 use super::types::{Ty, Value};
+use super::written_unit::unit_of_text;
 use crate::diag::{Code, Diagnostic};
 use crate::model::{Cell, CellKind, Interval, Keyed, Live, Node, NodeId, Parameter};
 use crate::syntax::ast::{Expr, Name, RangeExpr};
@@ -74,6 +75,7 @@ impl<'a> Elaborator<'a, '_> {
             model.lives.push(Live {
                 name: text,
                 dim: None,
+                unit: String::new(),
                 value: 0.0,
                 range: bounds,
                 span,
@@ -143,6 +145,7 @@ impl<'a> Elaborator<'a, '_> {
             ParamKind::Live(index) => {
                 let live = &mut self.model.lives[index];
                 (live.dim, live.value, live.range) = (Some(dim), value, bounds?);
+                live.unit = unit_of_text(&decl.text, dim);
                 Node::Live(index as u32)
             }
             ParamKind::Keyed(index) => {

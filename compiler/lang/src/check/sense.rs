@@ -6,7 +6,7 @@ use super::types::Value;
 use crate::diag::{Code, Diagnostic};
 use crate::model::{Interval, Moves, Node, Sense};
 use crate::syntax::ast::{Expr, Name, RangeExpr};
-use crate::units::Dim;
+use crate::units::{Dim, unit_of_dimension};
 use whippen_rate::Rate;
 
 /// The window where the program does not say `over`: 31 ticks at 44.1 kHz.
@@ -30,6 +30,7 @@ impl<'a> Elaborator<'a, '_> {
         self.model.senses.push(Sense {
             name: name.node.clone(),
             dim,
+            unit: unit_of_dimension(&ty.node).unwrap_or_default(),
             moves: moves(dim, ty),
             range,
             window: 3,

@@ -27,6 +27,9 @@ pub struct Live {
     pub name: String,
     /// What it is: `None` for a bool.
     pub dim: Option<Dim>,
+    /// The unit of its values in SI, in the words of the text: a pitch is in `Hz`, what turns in
+    /// `rad/s`. Empty for plain numbers and bools.
+    pub unit: String,
     /// Value at the start (SI; bools 0 or 1).
     pub value: f64,
     /// Its bounds (SI; 0 .. 1 for a bool).

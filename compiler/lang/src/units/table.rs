@@ -168,6 +168,11 @@ pub fn dimension(name: &str) -> Option<Dim> {
     DIMENSIONS.iter().find(|d| d.name == name).map(|d| d.dim)
 }
 
+/// The SI unit of the dimension of that name, if there is one; empty for plain numbers.
+pub fn unit_of_dimension(name: &str) -> Option<&'static str> {
+    DIMENSIONS.iter().find(|d| d.name == name).map(|d| d.unit)
+}
+
 /// The names of all dimensions, in the order of the table.
 pub fn dimension_names() -> impl Iterator<Item = &'static str> {
     DIMENSIONS.iter().map(|d| d.name)

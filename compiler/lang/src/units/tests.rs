@@ -163,3 +163,29 @@ fn units_that_are_usual_fit_what_is_declared() {
     assert_eq!(unit(80.0, "stiffness", None), "N/m");
     assert_eq!(unit(3.0, "angle", None), "");
 }
+
+#[test]
+fn units_are_of_si_in_the_same_words() {
+    let other = [
+        ("deg/s", "rad/s"),
+        ("mN*m", "N*m"),
+        ("N*m/rad", "N*m/rad"),
+        ("gf/cm", "N/m"),
+        ("mm^2", "m^2"),
+        ("s^-1", "s^-1"),
+    ];
+    for (text, of_si) in other {
+        assert_eq!(si_unit(text), of_si);
+    }
+    for unit in UNITS {
+        let of_si = parse_unit(&si_unit(unit.name)).unwrap();
+        assert_eq!(
+            (of_si.factor(), of_si.dim),
+            (1.0, unit.dim),
+            "{}",
+            unit.name
+        );
+    }
+    let names = ["kHz", "deg", "mJ", "g"].map(si_unit);
+    assert_eq!(names, ["Hz", "rad", "J", "kg"]);
+}

@@ -1,7 +1,7 @@
 //! Unit expressions: `unit(^int)?([*/]unit(^int)?)*`, without spaces.
 
 use super::dim::Dim;
-use super::table::UNITS;
+use super::table::{NamedUnit, UNITS};
 
 /// A unit expression: a number in it is worth `number * up / down` in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,6 +59,28 @@ impl Unit {
 /// Reads a whole unit expression (`N*s/m`). `None` where something in it is no unit.
 pub fn parse_unit(text: &str) -> Option<Unit> {
     longest_unit(text).and_then(|(length, unit)| (length == text.len()).then_some(unit))
+}
+
+/// The unit of SI that a unit expression is so many of, in the same words: `kHz` is of `Hz`,
+/// `deg/s` of `rad/s`. What is no unit stays as it is.
+pub fn si_unit(text: &str) -> String {
+    let mut of_si = String::new();
+    let mut rest = text;
+    while !rest.is_empty() {
+        let (word, after) = rest.split_at(word_length(rest));
+        let named = UNITS.iter().find(|unit| unit.name == word);
+        let is_of = |unit: &&NamedUnit, of: &NamedUnit| {
+            (unit.dim, unit.up, unit.down) == (of.dim, 1.0, 1.0)
+        };
+        let in_si = named.and_then(|of| UNITS.iter().find(|unit| is_of(unit, of)));
+        of_si.push_str(in_si.map_or(word, |unit| unit.name));
+        // Signs and exponents.
+        let next = after.find(|c: char| c.is_ascii_alphabetic());
+        let (between, next) = after.split_at(next.unwrap_or(after.len()));
+        of_si.push_str(between);
+        rest = next;
+    }
+    of_si
 }
 
 /// The longest unit expression of known units at the beginning of the text: its length in bytes and

@@ -94,6 +94,7 @@ mod tests {
         let sense = Sense {
             name: "x".into(),
             dim: Dim::default(),
+            unit: "",
             moves: Moves::Not,
             range,
             window: 5,
