@@ -24,13 +24,23 @@ impl Machine<'_> {
         if self.sum(terms, inst)? {
             return Ok(true);
         }
-        let is_logic = match inst.op() {
-            Op::AND_immediate | Op::AND_register | Op::TST_immediate | Op::TST_register => true,
-            Op::EOR_immediate | Op::EOR_register | Op::TEQ_immediate | Op::TEQ_register => true,
-            Op::BIC_immediate | Op::BIC_register | Op::ORR_immediate | Op::ORR_register => true,
-            Op::ORN_immediate | Op::ORN_register => true,
-            _ => false,
-        };
+        let is_logic = matches!(
+            inst.op(),
+            Op::AND_immediate
+                | Op::AND_register
+                | Op::TST_immediate
+                | Op::TST_register
+                | Op::EOR_immediate
+                | Op::EOR_register
+                | Op::TEQ_immediate
+                | Op::TEQ_register
+                | Op::BIC_immediate
+                | Op::BIC_register
+                | Op::ORR_immediate
+                | Op::ORR_register
+                | Op::ORN_immediate
+                | Op::ORN_register
+        );
         let (value, carry) = if is_logic {
             let n = self.register(terms, inst.n)?;
             let (m, carry) = self.second(terms, inst)?;
