@@ -31,6 +31,7 @@ pub use whippen_target_info as target_info;
 // The proof on the bytes.
 pub use whippen_audit as audit;
 pub use whippen_budget as budget;
+pub use whippen_validate as validate;
 
 pub use whippen_deterministic::{Rng, parallel};
 
@@ -39,4 +40,5 @@ pub mod deadline_diagnostic;
 pub mod mode_names;
 mod partition;
 pub mod pipeline;
+pub mod validation;
 pub mod variables;

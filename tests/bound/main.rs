@@ -16,6 +16,7 @@ mod states;
 mod switched;
 mod table;
 mod together;
+mod validated;
 
 #[path = "../it/common.rs"]
 #[expect(dead_code, reason = "other tests want more of it")]

@@ -27,6 +27,11 @@ const APART: &[(&str, &[&str], &str)] = &[
         "the checker believes nothing of the compiler",
     ),
     (
+        "whippen-validate",
+        &["whippen-arm", "whippen-firmware", "whippen-budget"],
+        "whoever judges the code generator believes nothing of it",
+    ),
+    (
         "whippen-budget",
         &["whippen-lower", "whippen-jit"],
         "the bound sees final bytes",

@@ -93,7 +93,8 @@ use whippen_kernel::{Kernel, Range};
 use whippen_modes::{ModeId, Modes};
 
 pub use after::{Function, Pass, code_after};
-pub use state_layout::{EVENT_MARK, EventRing, StateLayout};
+pub use state_layout::{EVENT_MARK, EventRing, LineSlots, StateLayout};
+pub use tick_invariant::{SharedValues, shared_values};
 
 /// What to build.
 #[derive(Debug, Clone)]

@@ -16,7 +16,7 @@
 
 mod offsets;
 
-pub use offsets::{EVENT_MARK, EventRing};
+pub use offsets::{EVENT_MARK, EventRing, LineSlots};
 
 use super::promote::Promotions;
 use super::{Options, TickAbi};

@@ -29,6 +29,27 @@ pub(super) struct TickInvariants {
     known: HashMap<(Op, Vec<Value>, Type, Range), Value>,
 }
 
+/// What the entry of a tick computes for all keys, as [`TickAbi::shares`](super::TickAbi) says.
+#[derive(Debug, Clone, Default)]
+pub struct SharedValues {
+    /// Its values.
+    pub values: IdMap<Value, ValueInfo>,
+    /// How they are computed.
+    pub insts: Vec<Inst>,
+    /// What is stored, in the order of the live values that are added.
+    pub results: Vec<Value>,
+}
+
+/// What the entry of a tick computes for all keys of these modes.
+pub fn shared_values(modes: &Modes) -> SharedValues {
+    let (_, shared) = hoist_invariants(modes);
+    SharedValues {
+        values: shared.values,
+        insts: shared.insts,
+        results: shared.results,
+    }
+}
+
 /// Modes that read what is shared, and how it is computed.
 pub(super) fn hoist_invariants(modes: &Modes) -> (Cow<'_, Modes>, TickInvariants) {
     let mut shared = TickInvariants::default();

@@ -1,6 +1,23 @@
 //! Offsets of what is read and written from outside, in bytes from the symbol `NAME_state`.
 
-use super::{EVENT_HEAD, EVENT_LOST, EVENT_TAIL, Ring, StateLayout};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::{EVENT_HEAD, EVENT_LOST, EVENT_NEXT, EVENT_TAIL, ROW, Ring, StateLayout, TICK};
+
+/// The slots of a delay line, as code of keys finds them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LineSlots {
+    /// Whether they are `u16` (else `i32`).
+    pub narrow: bool,
+    /// How many there are of a key.
+    pub len: u32,
+    /// How far HISTORY is shifted left before a pointer is added to it.
+    pub scale: u8,
+    /// By how many ticks ago: the offset in the state of the pointer. Where there is none, HISTORY
+    /// is the address.
+    pub pointers: BTreeMap<u32, u32>,
+}
 
 impl StateLayout {
     /// Bytes of the state.
@@ -64,6 +81,57 @@ impl StateLayout {
     /// The record of a key: its first word is the address of the code of its mode.
     pub fn record(&self, key: u32) -> u32 {
         self.records + key * self.record
+    }
+
+    /// Bytes of a record.
+    pub fn record_bytes(&self) -> u32 {
+        self.record
+    }
+
+    /// Bytes of a key in a row of words.
+    pub fn stride(&self) -> u32 {
+        self.stride
+    }
+
+    /// The number of the tick.
+    pub fn tick(&self) -> u32 {
+        TICK
+    }
+
+    /// The address of this tick's row of the line that HISTORY walks.
+    pub fn row(&self) -> u32 {
+        ROW
+    }
+
+    /// The address of the next event of this tick.
+    pub fn next_event(&self) -> u32 {
+        EVENT_NEXT
+    }
+
+    /// Words that no code changes: constants, addresses of modes.
+    pub fn constants(&self) -> Range<u32> {
+        self.literals..self.records
+    }
+
+    /// Bytes of a slot of the line that HISTORY walks; 0 where there is none.
+    pub fn history_bytes(&self) -> u32 {
+        let first = self.first_line.map(|line| &self.lines[line as usize]);
+        first.map_or(0, |line| 1 << line.log2())
+    }
+
+    /// The delay lines.
+    pub fn lines(&self) -> Vec<LineSlots> {
+        let of = |number: u32| {
+            let line = &self.lines[number as usize];
+            let own = self.pointers.iter().filter(|p| p.line == number);
+            LineSlots {
+                narrow: line.narrow,
+                len: line.len,
+                scale: self.scale(number),
+                pointers: own.map(|p| (p.ticks, p.at)).collect(),
+            }
+        };
+        (0..self.lines.len() as u32).map(of).collect()
     }
 
     /// The ring of events, if keys have any.

@@ -1,0 +1,312 @@
+//! The comparison of a mode with its code: all paths, each with what the Kernel and the bytes
+//! leave in memory and registers.
+
+use std::collections::BTreeMap;
+
+use whippen_isa::reg::SP;
+use whippen_modes::ModeId;
+
+use crate::kernel::run_mode;
+use crate::machine::Machine;
+use crate::memory::{Address, Held, Memory};
+use crate::places::Question;
+use crate::stop::{Stop, Told, unproven};
+use crate::term::{Base, Kind, Term, Terms};
+use crate::truth::{Truth, Variable};
+
+/// How often a case is run at most.
+const RUNS_MAX: usize = 3;
+
+/// The registers that lead to memory.
+pub(crate) const ROLES: [(u8, Base); 4] = [
+    (6, Base::State),
+    (7, Base::Record),
+    (10, Base::Samples),
+    (11, Base::History),
+];
+
+/// What the entry of a tick leaves to all modes.
+#[derive(Debug, Clone)]
+pub(crate) struct Start {
+    pub registers: [Term; 16],
+    /// What it stored that modes read.
+    pub memory: Memory,
+    /// Bytes of the stack from SP on that modes may use.
+    pub stack_bytes: i128,
+}
+
+/// What a path of a mode does with registers.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Used {
+    /// Registers of which it reads what they held before.
+    pub read: u16,
+    /// Registers that it leaves otherwise.
+    pub changed: u16,
+}
+
+/// Runs all cases; each begins with what distinguishes it.
+///
+/// # Errors
+/// A case that cannot be shown, or too many.
+pub(crate) fn all_cases<T>(
+    terms: &mut Terms,
+    most: usize,
+    mut run: impl FnMut(&mut Terms) -> Told<T>,
+) -> Result<Vec<T>, String> {
+    let mut left: Vec<Vec<(Variable, bool)>> = vec![Vec::new()];
+    let mut results = Vec::new();
+    let mut runs = 0;
+    while let Some(case) = left.pop() {
+        runs += 1;
+        if runs > most {
+            return Err(format!("more than {most} cases"));
+        }
+        terms.known.forget();
+        let assumed = case
+            .iter()
+            .try_for_each(|(asks, holds)| terms.assume(*asks, *holds));
+        match assumed.and_then(|()| run(terms)) {
+            Ok(result) => results.push(result),
+            Err(Stop::Impossible) => {}
+            Err(Stop::Unproven(why)) => return Err(why),
+            Err(Stop::Split(asks)) => {
+                if case.iter().any(|(known, _)| *known == asks) {
+                    return Err("a case that does not settle what it assumes".to_string());
+                }
+                for holds in [false, true] {
+                    let mut more = case.clone();
+                    more.push((asks, holds));
+                    left.push(more);
+                }
+            }
+        }
+    }
+    if results.is_empty() {
+        return Err("nothing can come here".to_string());
+    }
+    Ok(results)
+}
+
+/// One case of a mode. What a run learns makes the terms of the next one simpler.
+pub(crate) fn check_case(
+    question: &Question,
+    terms: &mut Terms,
+    mode: ModeId,
+    start: &Start,
+) -> Told<Used> {
+    for _ in 1..RUNS_MAX {
+        match run_case(question, terms, mode, start) {
+            Err(Stop::Unproven(_)) => terms.known.refresh(),
+            other => return other,
+        }
+    }
+    run_case(question, terms, mode, start)
+}
+
+fn run_case(question: &Question, terms: &mut Terms, mode: ModeId, start: &Start) -> Told<Used> {
+    // The first run learns what is known on this path, which makes the terms of the second simpler.
+    let kernel = &question.modes.modes[mode];
+    run_mode(question, terms, kernel)?;
+    terms.known.refresh();
+    let (mut wanted, next) = run_mode(question, terms, kernel)?;
+    // The first word of a record is the address of the code of the key's mode.
+    let record = terms.of(Kind::Base(Base::Record));
+    let [own, other] = [mode, next].map(|mode| question.symbols.modes[mode.0 as usize]);
+    let [code_own, code_other] = [own, other].map(|code| terms.constant((code | 1).into()));
+    wanted.store(terms, record, 4, code_other, Truth::YES)?;
+    let mut machine = Machine::new(question, terms, own);
+    machine.registers = start.registers;
+    machine.memory = start.memory.clone();
+    machine
+        .memory
+        .store(terms, record, 4, code_own, Truth::YES)?;
+    let target = machine.run(terms)?;
+    compare_end(question, terms, &machine, target)?;
+    compare_memory(question, terms, &wanted, &machine.memory, start)?;
+    let changed = (0..16).filter(|r| machine.registers[*r] != start.registers[*r]);
+    let roles = ROLES
+        .iter()
+        .fold(1 << SP, |all, (register, _)| all | 1 << register);
+    Ok(Used {
+        read: machine.read & !roles,
+        changed: changed.fold(0, |all, register| all | 1 << register) & !roles,
+    })
+}
+
+/// The key is left for the next one.
+fn compare_end(question: &Question, terms: &mut Terms, machine: &Machine, to: Term) -> Told<()> {
+    let places = question.places;
+    let record = terms.of(Kind::Base(Base::Record));
+    let next = terms.plus(record, places.record_bytes.into())?;
+    let code = terms.of(Kind::Load(next, 4));
+    if to != code {
+        return unproven("the code does not go on to that of the next key");
+    }
+    let steps = [0, places.record_bytes, places.stride, places.history_bytes];
+    for ((register, base), step) in ROLES.into_iter().zip(steps) {
+        if base == Base::History && places.lines.is_empty() {
+            continue;
+        }
+        let base = terms.of(Kind::Base(base));
+        let wanted = terms.plus(base, step.into())?;
+        if machine.registers[usize::from(register)] != wanted {
+            return unproven(format!("r{register} is not left at the next key"));
+        }
+    }
+    let stack = terms.of(Kind::Base(Base::Stack));
+    if machine.registers[usize::from(SP)] != stack {
+        return unproven("the stack is not left as it was");
+    }
+    Ok(())
+}
+
+fn compare_memory(
+    question: &Question,
+    terms: &mut Terms,
+    wanted: &Memory,
+    found: &Memory,
+    start: &Start,
+) -> Told<()> {
+    let stack = terms.of(Kind::Base(Base::Stack));
+    let mut places: BTreeMap<(Address, u8), [Option<Term>; 2]> = BTreeMap::new();
+    for held in wanted.changed(terms)? {
+        places.entry((held.address, held.bytes)).or_default()[0] = Some(held.value);
+    }
+    for held in found.changed(terms)? {
+        if held.address.moving == stack {
+            let own = 0..start.stack_bytes - i128::from(held.bytes) + 1;
+            if !own.contains(&held.address.at) {
+                return unproven("a store to the stack of others");
+            }
+        } else if !start.memory.held.contains(&held) {
+            places.entry((held.address, held.bytes)).or_default()[1] = Some(held.value);
+        }
+    }
+    for ((address, bytes), values) in places {
+        let at = terms.of_address(address)?;
+        let old = terms.of(Kind::Load(at, bytes));
+        let [wanted, found] = values.map(|value| value.unwrap_or(old));
+        if wanted == found {
+            continue;
+        }
+        let difference = terms.sub(wanted, found)?;
+        if terms.bounds(difference) == (0, 0) {
+            continue;
+        }
+        if let Some(asks) = terms.question_in(difference)? {
+            return Err(Stop::Split(asks));
+        }
+        let place = describe(
+            question,
+            terms,
+            Held {
+                address,
+                bytes,
+                value: found,
+            },
+        );
+        return unproven(format!(
+            "{place}: the Kernel says {}, the code {}",
+            terms.show(wanted),
+            terms.show(found)
+        ));
+    }
+    Ok(())
+}
+
+/// A place in words.
+fn describe(question: &Question, terms: &mut Terms, held: Held) -> String {
+    let places = question.places;
+    let record = terms.of(Kind::Base(Base::Record));
+    let Address { moving, at } = held.address;
+    if moving == record {
+        if at == 0 {
+            return "the next mode".to_string();
+        }
+        let cells = places.cells.iter().zip(&question.modes.kernel.cells);
+        let own = cells
+            .filter(|(from, _)| i128::from(**from) <= at)
+            .max_by_key(|(from, _)| **from);
+        if let Some((from, cell)) = own {
+            let word = (at - i128::from(*from)) / 4;
+            return match word {
+                0 => format!("cell `{}`", cell.name),
+                _ => format!("cell `{}`, word {word}", cell.name),
+            };
+        }
+    }
+    let samples = terms.of(Kind::Base(Base::Samples));
+    if moving == samples {
+        return format!("the word out at {at}");
+    }
+    format!("{} bytes at {} + {at}", held.bytes, terms.show(moving))
+}
+
+impl Terms {
+    /// What must be known before a term can be simpler: the innermost choice in it.
+    pub fn question_in(&mut self, term: Term) -> Told<Option<Variable>> {
+        let parts = self.sum(term).parts.clone();
+        for (atom, _) in parts {
+            let asks = match self.kind(atom).clone() {
+                Kind::Product(factors) => {
+                    let mut found = None;
+                    for factor in factors {
+                        let factor = self.single(factor);
+                        found = match found {
+                            None => self.question_in(factor)?,
+                            some => some,
+                        };
+                    }
+                    found
+                }
+                Kind::Times(a, b) => match self.question_in(a)? {
+                    None => self.question_in(b)?,
+                    some => some,
+                },
+                Kind::Floor(inner, n) => match self.question_in(inner)? {
+                    None => self.sign_question(inner, n)?,
+                    some => some,
+                },
+                Kind::Positive(inner) => match self.question_in(inner)? {
+                    None => {
+                        let truth = self.at_least(inner, 1)?;
+                        self.truths.split(truth).map(|(asks, ..)| asks)
+                    }
+                    some => some,
+                },
+                Kind::Gate(truth, inner) => match self.question_in(inner)? {
+                    None => {
+                        let truth = self.settle(truth);
+                        self.truths.split(truth).map(|(asks, ..)| asks)
+                    }
+                    some => some,
+                },
+                Kind::Apply(_, args) => {
+                    let mut found = None;
+                    for arg in args {
+                        found = match found {
+                            None => self.question_in(arg)?,
+                            some => some,
+                        };
+                    }
+                    found
+                }
+                Kind::Base(_) | Kind::Register(_) | Kind::Load(..) => None,
+            };
+            if asks.is_some() {
+                return Ok(asks);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Which of two values a floor has, where it has only two.
+    fn sign_question(&mut self, inner: Term, n: u8) -> Told<Option<Variable>> {
+        let (low, high) = self.bounds(inner);
+        if (high >> n) - (low >> n) != 1 {
+            return Ok(None);
+        }
+        let truth = self.at_least(inner, (high >> n) << n)?;
+        Ok(self.truths.split(truth).map(|(asks, ..)| asks))
+    }
+}

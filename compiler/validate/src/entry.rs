@@ -1,0 +1,228 @@
+//! The tick's entry: the registers and words that it leaves to the modes of keys, and tables.
+
+use whippen_isa::reg::SP;
+
+use crate::Verdict;
+use crate::check::{ROLES, Start, all_cases};
+use crate::kernel::run_shared;
+use crate::machine::Machine;
+use crate::memory::Memory;
+use crate::places::Question;
+use crate::stop::{Told, unproven};
+use crate::term::{Base, Kind, Term, Terms};
+
+/// Cases of the entry, at most.
+const CASES_MAX: usize = 200;
+
+/// Where memory lies whose addresses are not known: no sum with an offset leaves a word.
+const ADDRESSES: (i128, i128) = (1 << 28, 7 << 28);
+
+/// Terms that know of the pointers of a state.
+pub(crate) fn terms(question: &Question) -> Terms {
+    let mut terms = Terms::default();
+    for base in [
+        Base::State,
+        Base::Record,
+        Base::Samples,
+        Base::History,
+        Base::Stack,
+    ] {
+        let base = terms.of(Kind::Base(base));
+        terms.learn_always(base, ADDRESSES);
+    }
+    let state = terms.of(Kind::Base(Base::State));
+    let places = question.places;
+    let pointers = places.lines.iter().flat_map(|line| line.pointers.values());
+    for at in pointers.chain([&places.next_event]) {
+        let sum = crate::term::Sum {
+            constant: (*at).into(),
+            ..terms.sum(state).clone()
+        };
+        let address = terms.intern(sum);
+        terms.pointers.insert(address);
+    }
+    if places.number.is_some() {
+        let address = state_word(&mut terms, places.next_event);
+        if let Ok(address) = address {
+            let next = terms.of(Kind::Load(address, 4));
+            terms.learn_always(next, ADDRESSES);
+        }
+    }
+    terms
+}
+
+fn state_word(terms: &mut Terms, at: u32) -> Told<Term> {
+    let state = terms.of(Kind::Base(Base::State));
+    terms.plus(state, at.into())
+}
+
+/// What one case of the entry leaves.
+struct Left {
+    registers: [Term; 16],
+    /// Bytes of the stack from SP on that modes may use.
+    stack_bytes: i128,
+    /// Each shared word: as the Kernel says, and as it is stored.
+    shared: Vec<(Term, Term)>,
+}
+
+/// Runs the tick's entry; gives where modes start, and a verdict for each shared word.
+///
+/// # Errors
+/// What could not be shown.
+pub(crate) fn check_entry(
+    question: &Question,
+    terms: &mut Terms,
+) -> Result<(Start, Vec<Verdict>), String> {
+    let in_words = |told: crate::stop::Stop| format!("{told:?}");
+    let left = all_cases(terms, CASES_MAX, |terms| run_entry(question, terms))?;
+    let mut verdicts = Vec::new();
+    let mut replaced = Vec::new();
+    let mut memory = Memory::default();
+    let first = question.modes.kernel.lives.len();
+    let places = question.places.lives.iter().skip(first);
+    for (number, at) in (0..question.shared.results.len()).zip(places) {
+        let address = state_word(terms, *at).map_err(in_words)?;
+        let mut verdict = Verdict::Validated { cases: left.len() };
+        for case in &left {
+            let (wanted, found) = case.shared[number];
+            replaced.push((found, wanted));
+            let is_one = left.iter().all(|other| other.shared[number].0 == wanted);
+            if found != wanted || !is_one {
+                let (wanted, found) = (terms.show(wanted), terms.show(found));
+                let why = format!("the Kernel says {wanted}, the code {found}");
+                verdict = Verdict::Unproven { why };
+            }
+        }
+        verdicts.push(verdict);
+        let Some(case) = left.first() else { continue };
+        let held = crate::memory::Held {
+            address: terms.address(address),
+            bytes: 4,
+            value: case.shared[number].0,
+        };
+        memory.held.push(held);
+    }
+    let registers = registers_of(terms, &left, &replaced);
+    let start = Start {
+        registers,
+        memory,
+        stack_bytes: left.iter().map(|case| case.stack_bytes).min().unwrap_or(0),
+    };
+    Ok((start, verdicts))
+}
+
+/// What registers hold in all cases.
+fn registers_of(terms: &mut Terms, left: &[Left], replaced: &[(Term, Term)]) -> [Term; 16] {
+    std::array::from_fn(|register| {
+        let role = ROLES
+            .iter()
+            .find(|(role, _)| usize::from(*role) == register);
+        if let Some((_, base)) = role {
+            return terms.of(Kind::Base(*base));
+        }
+        if register == usize::from(SP) {
+            return terms.of(Kind::Base(Base::Stack));
+        }
+        let mut values = left.iter().map(|case| case.registers[register]);
+        let first = values.next();
+        match first.filter(|first| values.all(|value| value == *first)) {
+            Some(value) => {
+                let shared = replaced.iter().find(|(found, _)| *found == value);
+                shared.map_or(value, |(_, wanted)| *wanted)
+            }
+            None => terms.of(Kind::Register(register as u8)),
+        }
+    })
+}
+
+fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
+    let places = question.places;
+    run_shared(question, terms, question.shared)?;
+    terms.known.refresh();
+    let wanted = run_shared(question, terms, question.shared)?;
+    let mut machine = Machine::new(question, terms, question.symbols.tick);
+    let state = terms.of(Kind::Base(Base::State));
+    let samples = terms.of(Kind::Base(Base::Samples));
+    let stack = terms.of(Kind::Base(Base::Stack));
+    machine.registers[0] = state;
+    machine.registers[1] = samples;
+    machine.registers[usize::from(SP)] = stack;
+    let to = machine.run(terms)?;
+    let first = state_word(terms, places.records)?;
+    let code = machine.memory.load(terms, first, 4)?;
+    if to != code {
+        return unproven("the entry does not go on to the first key");
+    }
+    let row = state_word(terms, places.row)?;
+    let row = terms.of(Kind::Load(row, 4));
+    let begin = [state, first, samples, row];
+    for ((register, base), begin) in ROLES.into_iter().zip(begin) {
+        let is_used = base != Base::History || !places.lines.is_empty();
+        if is_used && machine.registers[usize::from(register)] != begin {
+            return unproven(format!("r{register} is not at the first key"));
+        }
+    }
+    keeps_constants(question, terms, &machine)?;
+    let first = question.modes.kernel.lives.len();
+    let mut shared = Vec::new();
+    for (wanted, at) in wanted.into_iter().zip(places.lives.iter().skip(first)) {
+        let address = state_word(terms, *at)?;
+        shared.push((wanted, machine.memory.load(terms, address, 4)?));
+    }
+    let taken = terms.sub(stack, machine.registers[usize::from(SP)])?;
+    let Some(taken) = terms.number(taken) else {
+        return unproven("the entry does not say what of the stack it takes");
+    };
+    Ok(Left {
+        registers: machine.registers,
+        // The last word is where the tick returns to.
+        stack_bytes: taken - 4,
+        shared,
+    })
+}
+
+/// The entry stores nothing where keys look for what others have left there.
+fn keeps_constants(question: &Question, terms: &mut Terms, machine: &Machine) -> Told<()> {
+    let places = question.places;
+    let state = terms.of(Kind::Base(Base::State));
+    let lives = &places.lives[..question.modes.kernel.lives.len()];
+    let mut kept = lives.iter().chain([&places.tick, &places.row]);
+    let pointers: Vec<u32> = places
+        .lines
+        .iter()
+        .flat_map(|l| l.pointers.values().copied())
+        .collect();
+    for held in machine.memory.changed(terms)? {
+        let at = held.address.at;
+        let is_kept = at >= places.literals.into()
+            || kept.clone().any(|kept| i128::from(*kept) == at)
+            || pointers.iter().any(|pointer| i128::from(*pointer) == at);
+        if held.address.moving == state && is_kept {
+            return unproven(format!("the entry stores at {at} of the state"));
+        }
+    }
+    let _ = kept.next();
+    Ok(())
+}
+
+/// Whether the image has the Kernel's tables.
+pub(crate) fn check_tables(question: &Question) -> Verdict {
+    let tables = question
+        .modes
+        .kernel
+        .tables
+        .iter()
+        .zip(&question.symbols.tables);
+    for (table, from) in tables {
+        for (index, value) in (0..).zip(&table.values) {
+            let address = from.wrapping_add(4 * index);
+            if question.code.word(address) != Some(*value as u32) {
+                let why = format!("word {index} of table `{}` differs", table.name);
+                return Verdict::Unproven { why };
+            }
+        }
+    }
+    Verdict::Validated {
+        cases: question.modes.kernel.tables.len(),
+    }
+}

@@ -1,0 +1,299 @@
+//! The symbolic run of machine code: one instruction after the other along one path, from bytes.
+//!
+//! Registers hold words as signed numbers. What an instruction does is in `alu`, `multiply` and
+//! `access`; an instruction that is not there ends the run.
+
+use whippen_isa::reg::{LR, PC};
+use whippen_isa::{Cond, Inst, ItState, Op, decode, is_wide};
+
+use crate::bounds::WORD;
+use crate::memory::Memory;
+use crate::places::Question;
+use crate::stop::{Stop, Told, unproven};
+use crate::term::{Kind, Term, Terms};
+use crate::truth::Truth;
+
+/// How many instructions a run may have.
+const STEPS_MAX: usize = 100_000;
+
+/// The condition flags.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Flags {
+    /// The signed word whose sign and zero they are.
+    pub result: Option<Term>,
+    /// The exact sum or difference of which V and C are told, signed.
+    pub exact: Option<Term>,
+    /// Whether the result is the word of that sum.
+    pub is_of_exact: bool,
+    /// 0 or 1.
+    pub carry: Option<Term>,
+    /// Where there is one, what is at least 0 where C is set: an unsigned difference.
+    pub unsigned: Option<Term>,
+}
+
+/// A processor.
+pub(crate) struct Machine<'a> {
+    pub question: &'a Question<'a>,
+    pub registers: [Term; 16],
+    /// Registers that were read before they were written, and that were written.
+    pub read: u16,
+    pub written: u16,
+    pub flags: Flags,
+    pub memory: Memory,
+    pub pc: u32,
+    it: ItState,
+    /// Where the instruction takes place.
+    pub guard: Truth,
+}
+
+/// What comes after an instruction.
+pub(crate) enum Next {
+    Behind,
+    To(u32),
+    /// To an address that is in a register.
+    Away(Term),
+}
+
+impl<'a> Machine<'a> {
+    /// A processor whose registers and memory hold what they hold at the beginning.
+    pub fn new(question: &'a Question<'a>, terms: &mut Terms, pc: u32) -> Machine<'a> {
+        Machine {
+            question,
+            registers: std::array::from_fn(|register| terms.of(Kind::Register(register as u8))),
+            read: 0,
+            written: 0,
+            flags: Flags::default(),
+            memory: Memory::default(),
+            pc,
+            it: ItState::OUTSIDE,
+            guard: Truth::YES,
+        }
+    }
+
+    /// Runs until the code is left; gives the address to which it goes.
+    pub fn run(&mut self, terms: &mut Terms) -> Told<Term> {
+        for _ in 0..STEPS_MAX {
+            let (inst, size) = self.fetch()?;
+            let next = self
+                .step(terms, &inst)
+                .map_err(|stop| self.placed(stop, &inst))?;
+            match next {
+                Next::Behind => self.pc = self.pc.wrapping_add(size),
+                Next::To(address) => self.pc = address & !1,
+                Next::Away(target) => match terms.number(target) {
+                    Some(address) => self.pc = address as u32 & !1,
+                    None => return Ok(target),
+                },
+            }
+        }
+        unproven("a path is too long")
+    }
+
+    fn placed(&self, stop: Stop, inst: &Inst) -> Stop {
+        match stop {
+            Stop::Unproven(why) => Stop::Unproven(format!("{:#x} `{inst}`: {why}", self.pc)),
+            other => other,
+        }
+    }
+
+    fn fetch(&self) -> Told<(Inst, u32)> {
+        let code = self.question.code;
+        let Some(first) = code.half(self.pc) else {
+            return unproven(format!("there is no code at {:#x}", self.pc));
+        };
+        let second = match is_wide(first) {
+            true => code.half(self.pc.wrapping_add(2)).unwrap_or_default(),
+            false => 0,
+        };
+        match decode(first, second, self.question.arch, self.it) {
+            Ok(inst) => Ok((inst, inst.size())),
+            Err(why) => unproven(format!("no instruction at {:#x}: {why:?}", self.pc)),
+        }
+    }
+
+    fn step(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Next> {
+        if inst.op() == Op::IT {
+            let it = ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8);
+            let Some(it) = it else {
+                return unproven("an IT block without a meaning");
+            };
+            self.it = it;
+            return Ok(Next::Behind);
+        }
+        self.it = self.it.advance();
+        self.guard = match inst.cond {
+            Some(cond) if inst.is_conditional() => {
+                let truth = self.condition(terms, cond)?;
+                terms.settle(truth)
+            }
+            _ => Truth::YES,
+        };
+        if self.guard != Truth::YES && self.must_decide(inst) {
+            self.guard = Truth::of(terms.decide(self.guard)?);
+        }
+        if self.guard == Truth::NO {
+            return Ok(Next::Behind);
+        }
+        if let Some(next) = self.branch(terms, inst)? {
+            return Ok(next);
+        }
+        let is_done = self.alu(terms, inst)?
+            || self.bits(terms, inst)?
+            || self.multiply(terms, inst)?
+            || self.access(terms, inst)?;
+        if is_done {
+            Ok(Next::Behind)
+        } else {
+            unproven("an instruction that is not followed")
+        }
+    }
+
+    fn must_decide(&self, inst: &Inst) -> bool {
+        inst.s || inst.wback || inst.defs().core_bits() & (1 << PC | 1 << 13) != 0
+    }
+
+    fn branch(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Option<Next>> {
+        let to = self.pc.wrapping_add(4).wrapping_add(inst.imm);
+        let next = match inst.op() {
+            Op::B => Next::To(to),
+            Op::BL => {
+                let back = self.pc.wrapping_add(inst.size()) | 1;
+                let back = terms.constant(i128::from(back as i32));
+                self.write(terms, LR, back)?;
+                Next::To(to)
+            }
+            Op::BX => Next::Away(self.register(terms, inst.m)?),
+            Op::CBZ | Op::CBNZ => {
+                let value = self.register(terms, inst.n)?;
+                let zero = terms.constant(0);
+                let is_zero = terms.equal(value, zero)?;
+                match terms.decide(is_zero)? == (inst.op() == Op::CBZ) {
+                    true => Next::To(to),
+                    false => Next::Behind,
+                }
+            }
+            Op::NOP => Next::Behind,
+            _ => return Ok(None),
+        };
+        Ok(Some(next))
+    }
+
+    /// What a register holds.
+    pub fn register(&mut self, terms: &mut Terms, register: u8) -> Told<Term> {
+        if register == PC {
+            let pc = self.pc.wrapping_add(4) as i32;
+            return Ok(terms.constant(pc.into()));
+        }
+        if self.written & 1 << register == 0 {
+            self.read |= 1 << register;
+        }
+        Ok(self.registers[usize::from(register)])
+    }
+
+    /// Writes a register, where the instruction takes place.
+    pub fn write(&mut self, terms: &mut Terms, register: u8, value: Term) -> Told<()> {
+        if register == PC {
+            return unproven("a write to PC");
+        }
+        let value = terms.word(value)?;
+        let value = match self.guard {
+            Truth::YES => value,
+            guard => {
+                let old = self.register(terms, register)?;
+                terms.select(guard, value, old)?
+            }
+        };
+        self.written |= 1 << register;
+        self.registers[usize::from(register)] = value;
+        Ok(())
+    }
+
+    /// Whether a condition holds.
+    fn condition(&mut self, terms: &mut Terms, cond: Cond) -> Told<Truth> {
+        let opposite = match cond {
+            Cond::NE => Cond::EQ,
+            Cond::CC => Cond::CS,
+            Cond::PL => Cond::MI,
+            Cond::VC => Cond::VS,
+            Cond::LS => Cond::HI,
+            Cond::LT => Cond::GE,
+            Cond::LE => Cond::GT,
+            _ => return self.plain_condition(terms, cond),
+        };
+        let truth = self.plain_condition(terms, opposite)?;
+        Ok(terms.truths.not(truth))
+    }
+
+    fn plain_condition(&mut self, terms: &mut Terms, cond: Cond) -> Told<Truth> {
+        let zero = terms.constant(0);
+        match cond {
+            Cond::EQ => {
+                let result = known(self.flags.result)?;
+                let exact = self.flags.exact.filter(|_| self.flags.is_of_exact);
+                match exact.map(|exact| (exact, terms.bounds(exact))) {
+                    // A multiple of 2^32 that is less is zero.
+                    Some((exact, (low, high))) if -(1 << 32) < low && high < 1 << 32 => {
+                        terms.equal(exact, zero)
+                    }
+                    _ => terms.equal(result, zero),
+                }
+            }
+            Cond::MI => {
+                let result = known(self.flags.result)?;
+                let plus = terms.at_least(result, 0)?;
+                Ok(terms.truths.not(plus))
+            }
+            Cond::CS => match self.flags.unsigned {
+                Some(difference) => terms.at_least(difference, 0),
+                None => {
+                    let carry = known(self.flags.carry)?;
+                    terms.at_least(carry, 1)
+                }
+            },
+            Cond::VS => {
+                let exact = known(self.flags.exact)?;
+                let low = terms.at_least(exact, WORD.0)?;
+                let high = terms.at_least(exact, WORD.1 + 1)?;
+                Ok(terms.truths.choose(low, high, Truth::YES))
+            }
+            Cond::HI => {
+                let carry = self.plain_condition(terms, Cond::CS)?;
+                let zero = self.plain_condition(terms, Cond::EQ)?;
+                let other = terms.truths.not(zero);
+                Ok(terms.truths.and(carry, other))
+            }
+            Cond::GE | Cond::GT => self.signed_condition(terms, cond),
+            _ => Ok(Truth::YES),
+        }
+    }
+
+    /// GE or GT: N is V, and, for the second, not zero.
+    fn signed_condition(&mut self, terms: &mut Terms, cond: Cond) -> Told<Truth> {
+        let not_less = match (self.flags.is_of_exact, self.flags.exact) {
+            (true, Some(exact)) => {
+                return terms.at_least(exact, i128::from(cond == Cond::GT));
+            }
+            _ => {
+                let (n, v) = (
+                    self.plain_condition(terms, Cond::MI)?,
+                    self.plain_condition(terms, Cond::VS)?,
+                );
+                let not = terms.truths.not(v);
+                terms.truths.choose(n, v, not)
+            }
+        };
+        if cond == Cond::GE {
+            return Ok(not_less);
+        }
+        let zero = self.plain_condition(terms, Cond::EQ)?;
+        let other = terms.truths.not(zero);
+        Ok(terms.truths.and(not_less, other))
+    }
+}
+
+fn known(of: Option<Term>) -> Told<Term> {
+    match of {
+        Some(term) => Ok(term),
+        None => unproven("a flag that nobody has set"),
+    }
+}
