@@ -10,8 +10,11 @@ use crate::cli::{Shell, bundled};
 use crate::common;
 
 /// Ticks of rest before the stroke for `emulate`: the board starts, its force comes up. The
-/// firmware does something every 16 ticks, and the engine has had a multiple of them.
-const REST: usize = 1504;
+/// firmware does something every 16 ticks, and the engine has had a multiple of them. The history
+/// of the spring's words has 45 rows, and the engine begins with the first: that is behind the
+/// first tick and a multiple of 45.
+const REST: usize = 16 * 121;
+const _: () = assert!((REST - 1).is_multiple_of(45));
 /// The ticks of the stroke: rest, the way down, held.
 const TICKS: [usize; 3] = [100, 200, 20];
 /// The first one that is told, and how many: the contact of the organ closes there.
