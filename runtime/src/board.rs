@@ -15,6 +15,7 @@ use whippen_compiler::image::{Board, Memory, MemoryKind, Placement, Start};
 use whippen_instruments::BOARDS as BUNDLED;
 use whippen_isa::Arch;
 
+pub use knob::knob_pins;
 use known::KEYS;
 
 use crate::entries::Entries;

@@ -1,5 +1,5 @@
-//! A knob on a Pico 2 that has power: the image of a program on the emulated chip, with models of
-//! sensor, driver and motor on its pins.
+//! Knobs on a Pico 2 that has power: the image of a program on the emulated chip, with models of
+//! sensors, drivers and motors on its pins.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, OnceLock};
@@ -116,11 +116,27 @@ pub fn bundled_on(board: &str) -> Arc<Built> {
     Arc::new(build_knobs(board, program.expect("it is bundled").1))
 }
 
-/// A knob that has power.
+/// Knobs that have power; most benches have one.
 pub struct Bench {
     pub machine: Machine,
-    knob: DeviceId,
+    knobs: Vec<DeviceId>,
     built: Arc<Built>,
+}
+
+/// How stiff the hand is that holds a knob (N*m/rad).
+pub const STIFFNESS: f64 = 2.0;
+
+/// How large a knob's block is (bytes).
+const BLOCK: u32 = 64;
+
+/// A hand that holds a knob there.
+pub fn hand(place_rad: f64) -> Hand {
+    Hand {
+        torque_n_m: 0.0,
+        stiffness: STIFFNESS,
+        damping: 5e-3,
+        place_rad,
+    }
 }
 
 impl Bench {
@@ -129,6 +145,10 @@ impl Bench {
     }
 
     pub fn with(built: Arc<Built>, parts: KnobParts) -> Bench {
+        Bench::of(built, [(PINS, parts)])
+    }
+
+    pub fn of(built: Arc<Built>, knobs: impl IntoIterator<Item = (KnobPins, KnobParts)>) -> Bench {
         let kind = BoardKind::Rp2350;
         let (mut machine, _) =
             build(kind, kind.board(), ConverterSetup::default()).expect("the board can be");
@@ -136,11 +156,12 @@ impl Bench {
             let memory = &mut machine.bus.memory;
             memory.write(segment.load, &segment.bytes).expect("memory");
         }
-        let knob = Knob::attach(&mut machine.bus, PINS, parts);
+        let attach = |(pins, parts)| Knob::attach(&mut machine.bus, pins, parts);
+        let knobs = knobs.into_iter().map(attach).collect();
         machine.reset();
         Bench {
             machine,
-            knob,
+            knobs,
             built,
         }
     }
@@ -175,7 +196,16 @@ impl Bench {
     }
 
     pub fn knob(&mut self) -> &mut Knob {
-        self.machine.bus.device_mut(self.knob).expect("a knob")
+        self.knob_at(0)
+    }
+
+    pub fn knob_at(&mut self, number: usize) -> &mut Knob {
+        let id = self.knobs[number];
+        self.machine.bus.device_mut(id).expect("a knob")
+    }
+
+    pub fn count(&self) -> usize {
+        self.knobs.len()
     }
 
     pub fn angle(&mut self) -> f64 {
@@ -185,15 +215,9 @@ impl Bench {
     /// Moves the hand's place to this many radians from another one within 40 ms, and gives what
     /// the hand must hold the knob with there (N*m).
     pub fn held(&mut self, from: f64, angle_rad: f64) -> f64 {
-        const STIFFNESS: f64 = 2.0;
         let begin = self.knob().hand.place_rad;
         for step in 1..=40 {
-            self.knob().hand = Hand {
-                torque_n_m: 0.0,
-                stiffness: STIFFNESS,
-                damping: 5e-3,
-                place_rad: begin + (from + angle_rad - begin) * f64::from(step) / 40.0,
-            };
+            self.knob().hand = hand(begin + (from + angle_rad - begin) * f64::from(step) / 40.0);
             self.pass_ms(1);
         }
         self.pass_ms(20);
@@ -202,10 +226,15 @@ impl Bench {
 
     /// Which electrical angle the firmware takes the magnet's to be, and which it is.
     pub fn electrical_error(&self, parts: &KnobParts) -> f64 {
+        self.electrical_error_at(0, parts)
+    }
+
+    pub fn electrical_error_at(&self, number: usize, parts: &KnobParts) -> f64 {
+        let at = BLOCK * number as u32;
         let sign = if parts.motor.reversed { -1.0 } else { 1.0 };
-        let told = f64::from(self.word("knob", knob_block::OFFSET)) / 65_536.0 * TAU - PI;
+        let told = f64::from(self.word("knob", at + knob_block::OFFSET)) / 65_536.0 * TAU - PI;
         assert_eq!(
-            self.word("knob", knob_block::TURN),
+            self.word("knob", at + knob_block::TURN),
             (sign * 4.0 * f64::from(parts.motor.pole_pairs)) as i32
         );
         let off = told - sign * parts.motor.offset_rad;

@@ -328,9 +328,7 @@ fn and(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
             return terms.word(up);
         }
     }
-    let mut both = vec![n, m];
-    both.sort();
-    Ok(terms.of(Kind::Apply(Function::And, both)))
+    Ok(commuting(terms, Function::And, [n, m]))
 }
 
 fn or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
@@ -350,9 +348,7 @@ fn or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
             return terms.add(a, b);
         }
     }
-    let mut both = vec![n, m];
-    both.sort();
-    Ok(terms.of(Kind::Apply(Function::Or, both)))
+    Ok(commuting(terms, Function::Or, [n, m]))
 }
 
 fn exclusive_or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
@@ -362,7 +358,11 @@ fn exclusive_or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
             return terms.select(none, a, turned);
         }
     }
-    let mut both = vec![n, m];
+    Ok(commuting(terms, Function::ExclusiveOr, [n, m]))
+}
+
+/// What is the same whichever operand comes first.
+fn commuting(terms: &mut Terms, function: Function, mut both: [Term; 2]) -> Term {
     both.sort();
-    Ok(terms.of(Kind::Apply(Function::ExclusiveOr, both)))
+    terms.of(Kind::Apply(function, both.to_vec()))
 }

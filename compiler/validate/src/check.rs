@@ -247,66 +247,45 @@ impl Terms {
     pub fn question_in(&mut self, term: Term) -> Told<Option<Variable>> {
         let parts = self.sum(term).parts.clone();
         for (atom, _) in parts {
-            let asks = match self.kind(atom).clone() {
-                Kind::Product(factors) => {
-                    let mut found = None;
-                    for factor in factors {
-                        let factor = self.single(factor);
-                        found = match found {
-                            None => self.question_in(factor)?,
-                            some => some,
-                        };
-                    }
-                    found
+            let kind = self.kind(atom).clone();
+            for inner in self.terms_in(&kind) {
+                if let Some(asks) = self.question_in(inner)? {
+                    return Ok(Some(asks));
                 }
-                Kind::Times(a, b) => match self.question_in(a)? {
-                    None => self.question_in(b)?,
-                    some => some,
+            }
+            let truth = match kind {
+                Kind::Floor(inner, n) => match self.sign_of_floor(inner, n)? {
+                    Some(truth) => truth,
+                    None => continue,
                 },
-                Kind::Floor(inner, n) => match self.question_in(inner)? {
-                    None => self.sign_question(inner, n)?,
-                    some => some,
-                },
-                Kind::Positive(inner) => match self.question_in(inner)? {
-                    None => {
-                        let truth = self.at_least(inner, 1)?;
-                        self.truths.split(truth).map(|(asks, ..)| asks)
-                    }
-                    some => some,
-                },
-                Kind::Gate(truth, inner) => match self.question_in(inner)? {
-                    None => {
-                        let truth = self.settle(truth);
-                        self.truths.split(truth).map(|(asks, ..)| asks)
-                    }
-                    some => some,
-                },
-                Kind::Apply(_, args) => {
-                    let mut found = None;
-                    for arg in args {
-                        found = match found {
-                            None => self.question_in(arg)?,
-                            some => some,
-                        };
-                    }
-                    found
-                }
-                Kind::Base(_) | Kind::Register(_) | Kind::Load(..) => None,
+                Kind::Positive(inner) => self.at_least(inner, 1)?,
+                Kind::Gate(truth, _) => self.settle(truth),
+                _ => continue,
             };
-            if asks.is_some() {
-                return Ok(asks);
+            if let Some((asks, ..)) = self.truths.split(truth) {
+                return Ok(Some(asks));
             }
         }
         Ok(None)
     }
 
+    /// What is computed of other terms, of those, in order.
+    fn terms_in(&mut self, kind: &Kind) -> Vec<Term> {
+        match kind {
+            Kind::Product(factors) => factors.iter().map(|f| self.single(*f)).collect(),
+            Kind::Times(a, b) => vec![*a, *b],
+            Kind::Floor(inner, _) | Kind::Positive(inner) | Kind::Gate(_, inner) => vec![*inner],
+            Kind::Apply(_, args) => args.clone(),
+            Kind::Base(_) | Kind::Register(_) | Kind::Load(..) => Vec::new(),
+        }
+    }
+
     /// Which of two values a floor has, where it has only two.
-    fn sign_question(&mut self, inner: Term, n: u8) -> Told<Option<Variable>> {
+    fn sign_of_floor(&mut self, inner: Term, n: u8) -> Told<Option<Truth>> {
         let (low, high) = self.bounds(inner);
         if (high >> n) - (low >> n) != 1 {
             return Ok(None);
         }
-        let truth = self.at_least(inner, (high >> n) << n)?;
-        Ok(self.truths.split(truth).map(|(asks, ..)| asks))
+        self.at_least(inner, (high >> n) << n).map(Some)
     }
 }

@@ -30,16 +30,11 @@ pub(crate) fn terms(question: &Question) -> Terms {
         let base = terms.of(Kind::Base(base));
         terms.learn_always(base, ADDRESSES);
     }
-    let state = terms.of(Kind::Base(Base::State));
     let places = question.places;
     let pointers = places.lines.iter().flat_map(|line| line.pointers.values());
     for at in pointers.chain([&places.next_event]) {
-        let sum = crate::term::Sum {
-            constant: (*at).into(),
-            ..terms.sum(state).clone()
-        };
-        let address = terms.intern(sum);
-        terms.pointers.insert(address);
+        let address = state_word(&mut terms, *at);
+        terms.pointers.extend(address);
     }
     if places.number.is_some() {
         let address = state_word(&mut terms, places.next_event);
@@ -186,22 +181,16 @@ fn keeps_constants(question: &Question, terms: &mut Terms, machine: &Machine) ->
     let places = question.places;
     let state = terms.of(Kind::Base(Base::State));
     let lives = &places.lives[..question.modes.kernel.lives.len()];
-    let mut kept = lives.iter().chain([&places.tick, &places.row]);
-    let pointers: Vec<u32> = places
-        .lines
-        .iter()
-        .flat_map(|l| l.pointers.values().copied())
-        .collect();
+    let pointers = places.lines.iter().flat_map(|line| line.pointers.values());
+    let kept = lives.iter().chain([&places.tick, &places.row]);
+    let kept: Vec<i128> = kept.chain(pointers).map(|at| (*at).into()).collect();
     for held in machine.memory.changed(terms)? {
         let at = held.address.at;
-        let is_kept = at >= places.literals.into()
-            || kept.clone().any(|kept| i128::from(*kept) == at)
-            || pointers.iter().any(|pointer| i128::from(*pointer) == at);
+        let is_kept = at >= places.literals.into() || kept.contains(&at);
         if held.address.moving == state && is_kept {
             return unproven(format!("the entry stores at {at} of the state"));
         }
     }
-    let _ = kept.next();
     Ok(())
 }
 

@@ -283,34 +283,19 @@ impl<'a> KernelRun<'a> {
 
 /// What wraps or saturates.
 fn wrapping(t: &mut Terms, op: Op, a: Term, b: Term) -> Told<Option<Term>> {
-    Ok(Some(match op {
-        Op::Low => t.word(a)?,
-        Op::AddWrap => {
-            let sum = t.add(a, b)?;
-            t.word(sum)?
-        }
-        Op::SubWrap => {
-            let sum = t.sub(a, b)?;
-            t.word(sum)?
-        }
-        Op::MulWrap => {
-            let product = t.mul(a, b)?;
-            t.word(product)?
-        }
-        Op::AddSat => {
-            let sum = t.add(a, b)?;
-            t.saturate(sum)?
-        }
-        Op::SubSat => {
-            let sum = t.sub(a, b)?;
-            t.saturate(sum)?
-        }
-        Op::ShlWrap(n) => {
-            let up = t.scale(a, 1 << n)?;
-            t.word(up)?
-        }
+    let exact = match op {
+        Op::Low => a,
+        Op::AddWrap | Op::AddSat => t.add(a, b)?,
+        Op::SubWrap | Op::SubSat => t.sub(a, b)?,
+        Op::MulWrap => t.mul(a, b)?,
+        Op::ShlWrap(n) => t.scale(a, 1 << n)?,
         _ => return Ok(None),
-    }))
+    };
+    match op {
+        Op::AddSat | Op::SubSat => t.saturate(exact),
+        _ => t.word(exact),
+    }
+    .map(Some)
 }
 
 /// `floor(term / 2^n + 1/2)`

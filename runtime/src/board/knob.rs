@@ -3,6 +3,7 @@
 //! Not here: what no knob can be (`whippen_compiler::board`).
 
 use whippen_compiler::board::{Knob, Shaft};
+use whippen_emulator::KnobPins;
 
 use super::{CYCLES, MILLIVOLTS, scaled, whole, wholes};
 use crate::entries::Entries;
@@ -37,4 +38,16 @@ pub(super) fn knob(entries: &Entries) -> Result<Option<Knob>, FileError> {
         align_mv: scaled(entries, "knob.align", MILLIVOLTS)?,
         pole_pairs: number("knob.pole_pairs")?,
     }))
+}
+
+/// The pins of an emulated chip to which one of the knobs leads.
+pub fn knob_pins(all: &Knob, own: &Shaft) -> KnobPins {
+    KnobPins {
+        select: all.select,
+        clock: all.clock,
+        data: own.data,
+        phases: own.phases,
+        enable: all.enable,
+        fault: all.fault,
+    }
 }

@@ -12,7 +12,8 @@ use std::fmt::Write;
 use whippen_compiler::board::{Knob as Pins, Shaft};
 use whippen_compiler::model::Moves;
 use whippen_emulator::elf::Elf;
-use whippen_emulator::{DeviceId, Hand, Knob, KnobParts, KnobPins, Machine, MotorParameters};
+use whippen_emulator::{DeviceId, Hand, Knob, KnobParts, Machine, MotorParameters};
+use whippen_runtime::board::knob_pins;
 use whippen_runtime::device::Device;
 
 use super::outside::PartArgs;
@@ -96,14 +97,7 @@ impl WiredKnob {
             angle_rad: 0.0,
         };
         let mut attach = |own: &Shaft| {
-            let pins = KnobPins {
-                select: knob.select,
-                clock: knob.clock,
-                data: own.data,
-                phases: own.phases,
-                enable: knob.enable,
-                fault: knob.fault,
-            };
+            let pins = knob_pins(knob, own);
             (Knob::attach(&mut machine.bus, pins, parts), 0.0)
         };
         let knobs = knob.shafts.iter().map(&mut attach).collect();

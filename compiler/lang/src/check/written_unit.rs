@@ -9,8 +9,8 @@ use crate::units::{Dim, parse_unit, si_unit};
 /// number of its own, that of its dimension, of which nothing is known to turn.
 pub fn unit_of_text(text: &ParamText, dim: Dim) -> String {
     let ends = text.range.map(|range| [&range.low, &range.high]);
-    let all = ends.into_iter().flatten().chain([text.value]);
-    let found = all.filter_map(|expr| written(expr, dim)).next();
+    let mut all = ends.into_iter().flatten().chain([text.value]);
+    let found = all.find_map(|expr| written(expr, dim));
     found.map_or_else(|| dim.unit_without_angle(), si_unit)
 }
 
