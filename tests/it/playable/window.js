@@ -11,16 +11,19 @@ const press = async (key, times = 1) => {
     await after(30);
   }
 };
-const hovering = text("#tool");
+/** Waits until the window says what it is to say; five seconds at most, as a busy machine draws late. */
+const says = async (what) => {
+  for (let n = 0; n < 100 && !text("#tool").includes(what); n++) await after(50);
+  return text("#tool");
+};
+const hovering = await says("hovers");
 // By keyboard alone: down, harder, across.
 await press(" ");
 await press("PageDown", 2);
-await after(400);
-const touching = text("#tool");
+const touching = await says("touches");
 await press("ArrowRight", 3);
 await press(" ");
-await after(300);
-const lifted = text("#tool");
+const lifted = await says("hovers");
 // By pointer, three seconds.
 const box = pad.getBoundingClientRect();
 pad.setPointerCapture = () => {};
