@@ -23,15 +23,17 @@
 //! sign-extended in 64-bit registers, where their operators give the same results, and neither
 //! `widen` nor `narrow` costs anything.
 //!
-//! The only unsafe code of the compiler is in this file: calling what Cranelift made, and freeing
-//! it.
+//! The only unsafe code of the compiler is in this file: calling what Cranelift made, being called
+//! by it, and freeing it.
 
 mod compile;
 mod lanes;
 mod loop_context;
 mod saturate;
+mod string;
 mod translate;
 mod wave;
+mod zero;
 
 use compile::{Compiled, Function};
 use loop_context::{BUFFERS, Buffer};
@@ -67,6 +69,8 @@ pub struct JitFunctions {
     stretches: Vec<Stretch>,
     /// Events of a tick of keys in lanes, before they are sorted.
     raised: Vec<u32>,
+    /// What a string's tick needs beside its words.
+    room: Vec<i32>,
     code: Option<Compiled>,
 }
 
@@ -189,6 +193,7 @@ impl JitFunctions {
                 .collect(),
             stretches,
             raised: vec![0; events * memory.layout.event_words],
+            room: vec![0; string::ROOM_WORDS],
             code: Some(code),
         })
     }
@@ -259,6 +264,7 @@ impl JitFunctions {
             memory.probes.as_mut_ptr().cast(),
             (&raw mut memory.clock).cast(),
             constants.cast(),
+            self.room.as_mut_ptr().cast(),
         ]
     }
 
@@ -291,6 +297,72 @@ impl JitFunctions {
             )
         }
     }
+}
+
+/// A routine that machine code calls for a tick of a string: one more slope than rates, so many
+/// rates, room of `string::ROOM_WORDS`, `k0` to `k3` and how the ends are held.
+type StringRoutine =
+    unsafe extern "C" fn(*mut i32, *mut i32, *mut i32, usize, i32, i32, i32, i32, i32, i32);
+
+/// Declares a routine for machines with some instructions.
+macro_rules! string_routine {
+    ($name:ident, $(#[$with:meta])*) => {
+        $(#[$with])*
+        #[allow(unsafe_code)]
+        unsafe extern "C" fn $name(
+            e: *mut i32,
+            v: *mut i32,
+            room: *mut i32,
+            count: usize,
+            k0: i32,
+            k1: i32,
+            k2: i32,
+            k3: i32,
+            first: i32,
+            last: i32,
+        ) {
+            let by = string::Coefficients { k: [k0, k1, k2, k3], ends: [first, last] };
+            // SAFETY: machine code calls this with the cells of a string that `verify` has checked
+            // (one more slope than rates, in two cells), which lie in the columns that the caller
+            // of the machine code lent to it, and with the room of the same `JitFunctions`.
+            let (e, v, room) = unsafe {
+                (
+                    std::slice::from_raw_parts_mut(e, count + 1),
+                    std::slice::from_raw_parts_mut(v, count),
+                    std::slice::from_raw_parts_mut(room, string::ROOM_WORDS),
+                )
+            };
+            string::tick(e, v, room, &by);
+        }
+    };
+}
+
+string_routine!(string_anywhere,);
+#[cfg(target_arch = "x86_64")]
+string_routine!(string_avx2, #[target_feature(enable = "avx2")]);
+#[cfg(target_arch = "x86_64")]
+string_routine!(
+    string_avx512,
+    #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+);
+
+/// The address of the routine for this machine, all of whose instructions it has.
+fn string_routine() -> i64 {
+    #[cfg(target_arch = "x86_64")]
+    let routine: StringRoutine = if is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512vl")
+    {
+        string_avx512
+    } else if is_x86_feature_detected!("avx2") {
+        string_avx2
+    } else {
+        string_anywhere
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    let routine: StringRoutine = string_anywhere;
+    routine as usize as i64
 }
 
 impl Code for JitFunctions {

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use whippen_kernel::Region;
 
 /// How many buffers there are.
-pub(super) const BUFFERS: usize = 12;
+pub(super) const BUFFERS: usize = 13;
 
 /// The buffers, in the order in which their bases are handed over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +41,8 @@ pub(super) enum Buffer {
     Clock,
     /// `*const u128`: constants of the code for lanes.
     Constants,
+    /// `*mut i32`: what a string's tick needs beside its words.
+    Room,
 }
 
 impl Buffer {
@@ -58,6 +60,7 @@ impl Buffer {
         Buffer::Probes,
         Buffer::Clock,
         Buffer::Constants,
+        Buffer::Room,
     ];
 }
 
@@ -137,6 +140,10 @@ impl Translator<'_> {
         self.f.ins().jump(keys, &[first.into()]);
         self.context.key = self.f.append_block_param(keys, I64);
         self.f.switch_to_block(keys);
+        if self.layout.keys == 1 {
+            // Then no address depends on it.
+            self.context.key = self.f.ins().iconst(I64, 0);
+        }
         let columns = self.base(Buffer::Columns);
         self.context.words = [2, 3].map(|shift| self.indexed(columns, self.context.key, shift));
         (keys, end)

@@ -6,6 +6,7 @@ mod memory;
 mod operator;
 
 use super::loop_context::{Access, LoopContext};
+use super::zero::{self, Branch, WhereZero};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I64};
 use cranelift_codegen::ir::{self, BlockArg, InstBuilder, Value};
@@ -70,6 +71,35 @@ impl<'a> Translator<'a> {
         self.region(region);
         self.close_keys(keys, 1);
         self.f
+    }
+
+    /// Translates the instructions of a branch for a factor of 0, and as they are.
+    fn branch(&mut self, region: &Region, branch: &Branch) {
+        let [nothing, other, after] = [(); 3].map(|()| self.f.create_block());
+        let factor = self.value(branch.factor);
+        self.f.ins().brif(factor, other, &[], nothing, &[]);
+        self.f.switch_to_block(nothing);
+        self.values[branch.factor] = self.constant(self.ty(branch.factor), 0);
+        for one in &branch.where_zero {
+            match *one {
+                WhereZero::Same(place) => self.inst(&region.insts[place]),
+                WhereZero::Zero(value) => self.values[value] = self.constant(self.ty(value), 0),
+                WhereZero::Copy(value, other) => self.values[value] = self.value(other),
+            }
+        }
+        let results = self.block_args(&branch.results);
+        self.f.ins().jump(after, &results);
+        self.f.switch_to_block(other);
+        self.values[branch.factor] = factor;
+        for place in &branch.members {
+            self.inst(&region.insts[*place]);
+        }
+        let results = self.block_args(&branch.results);
+        self.f.ins().jump(after, &results);
+        self.f.switch_to_block(after);
+        for result in &branch.results {
+            self.values[result] = self.f.append_block_param(after, register(self.ty(*result)));
+        }
     }
 
     /// The results of an instruction become parameters of the block after it.
@@ -148,5 +178,20 @@ impl Walk for Translator<'_> {
 
     fn plain(&mut self, inst: &Inst) {
         self.operator(inst);
+    }
+
+    fn region(&mut self, region: &Region) {
+        let branches = zero::branches(self.kernel, region);
+        for place in 0..=region.insts.len() {
+            for branch in branches.iter().filter(|branch| branch.before == place) {
+                self.branch(region, branch);
+            }
+            let is_member = |branch: &Branch| branch.members.contains(&place);
+            if let Some(inst) = region.insts.get(place)
+                && !branches.iter().any(is_member)
+            {
+                self.inst(inst);
+            }
+        }
     }
 }

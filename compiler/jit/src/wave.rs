@@ -7,16 +7,16 @@
 //!            ^ is stored with the point
 //! ```
 //!
-//! The last point is written out, since there the string ends. A key alone whose points lie
-//! side by side is ticked in vectors over points (`vectors`).
-
-mod vectors;
+//! The last point is written out, since there the string ends. A key alone, whose points lie side
+//! by side, is ticked by Rust (`string`), which machine code calls.
 
 use super::loop_context::Access;
-use super::saturate;
+use super::{saturate, string_routine};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8X16, I32, I32X4, I64, I64X2};
-use cranelift_codegen::ir::{self, BlockArg, Endianness, InstBuilder, MemFlagsData, Value};
+use cranelift_codegen::ir::{
+    self, AbiParam, BlockArg, Endianness, InstBuilder, MemFlagsData, Signature, Value,
+};
 use cranelift_frontend::{FuncInstBuilder, FunctionBuilder};
 
 /// A string whose points are ticked.
@@ -37,8 +37,8 @@ pub(super) struct Points<'f, 'a> {
     pub ends: [i64; 2],
     /// Lanes that are ticked; none: all.
     pub mask: Option<Value>,
-    /// Whether sums can leave the words, so that they must be held.
-    pub saturates: bool,
+    /// Where there is room for a tick of one key.
+    pub room: Value,
 }
 
 /// What stays in registers from point to point.
@@ -93,8 +93,8 @@ impl Window {
 impl<'a> Points<'_, 'a> {
     /// One tick of all points.
     pub fn tick(mut self) {
-        if self.ty == I32 && vectors::suits(self.step) {
-            return self.tick_in_vectors();
+        if self.ty == I32 && self.step == 4 {
+            return self.call();
         }
         let [e, v] = self.start;
         let zero = saturate::constant(self.f, self.k[0], 0);
@@ -123,6 +123,20 @@ impl<'a> Points<'_, 'a> {
         let step = self.step;
         let last = self.ins().iadd_imm_s(at[0], step);
         self.keep(last, slope, window.e[0]);
+    }
+
+    /// Has Rust tick the points.
+    fn call(self) {
+        let words = |ty: ir::Type, count: usize| std::iter::repeat_n(AbiParam::new(ty), count);
+        let mut signature = Signature::new(self.f.func.signature.call_conv);
+        signature.params = words(I64, 4).chain(words(I32, 6)).collect();
+        let signature = self.f.import_signature(signature);
+        let routine = self.f.ins().iconst(I64, string_routine());
+        let count = self.f.ins().iconst(I64, self.count);
+        let ends = self.ends.map(|end| self.f.ins().iconst(I32, end));
+        let [e, v] = self.start;
+        let args = [&[e, v, self.room, count][..], &self.k, &ends].concat();
+        self.f.ins().call_indirect(signature, routine, &args);
     }
 
     /// All points but the last; gives the window behind them, and the bytes up to there.
@@ -226,17 +240,11 @@ impl<'a> Points<'_, 'a> {
     }
 
     fn plus(&mut self, a: Value, b: Value) -> Value {
-        match self.saturates {
-            true => saturate::add(self.f, a, b),
-            false => self.ins().iadd(a, b),
-        }
+        saturate::add(self.f, a, b)
     }
 
     fn minus(&mut self, a: Value, b: Value) -> Value {
-        match self.saturates {
-            true => saturate::sub(self.f, a, b),
-            false => self.ins().isub(a, b),
-        }
+        saturate::sub(self.f, a, b)
     }
 
     /// The sum of the upper words of products, each rounded half up.

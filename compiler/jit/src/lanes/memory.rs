@@ -187,7 +187,7 @@ impl Lanes<'_> {
             k,
             ends: wave::ends(&self.t.kernel.values, &inst.args),
             mask: self.mask,
-            saturates: true,
+            room: self.t.base(Buffer::Room),
             f: &mut self.t.f,
         };
         points.tick();

@@ -215,7 +215,7 @@ impl Translator<'_> {
             k,
             ends: wave::ends(&self.kernel.values, &inst.args),
             mask: None,
-            saturates: true,
+            room: self.base(Buffer::Room),
             f: &mut self.f,
         };
         points.tick();

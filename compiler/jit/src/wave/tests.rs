@@ -1,6 +1,6 @@
 //! Strings of every length near the width of vectors, and long ones, against the interpreter.
 
-use crate::{JitCode, Options};
+use crate::{JitCode, Options, string};
 use whippen_kernel::random::{Draw, Rng};
 use whippen_kernel::{Builder, Interp, Kernel, Op, Type};
 
@@ -47,11 +47,30 @@ fn compare_words(
             code.set_cell(key, cell, point, word).expect("a word");
         }
     }
+    // What a machine without wide vectors runs.
+    let words = |interp: &Interp, cell: usize| -> Vec<i32> {
+        let all = 0..kernel.cells[cell].len as usize;
+        all.map(|word| interp.cell(0, cell, word).expect("a word") as i32)
+            .collect()
+    };
+    let [mut e, mut v] = [0, 1].map(|cell| words(&interp, cell));
+    let mut room = vec![0; string::ROOM_WORDS];
+    let by = string::Coefficients {
+        k: k.map(|word| word as i32),
+        ends: ends.map(|end| end as i32),
+    };
     for tick in 0..20 {
         interp.tick(&[], &mut []);
         code.tick(&[], &mut []);
         let told = || format!("{count} points, {keys} keys, {k:?} {ends:?}, tick {tick}");
         assert_eq!(interp.memory(), code.memory(), "{}", told());
+        string::tick(&mut e, &mut v, &mut room, &by);
+        assert_eq!(
+            [0, 1].map(|cell| words(&interp, cell)),
+            [e.clone(), v.clone()],
+            "{}",
+            told()
+        );
     }
 }
 
@@ -68,16 +87,15 @@ fn strings_of_every_length() {
     }
 }
 
-/// Sums are plain where all words are small and saturate where one is not: words on both sides of
-/// that limit, with the largest coefficients, whose signs let sums grow the most.
+/// Words on both sides of where sums begin to leave theirs, with the largest coefficients, whose
+/// signs let sums grow the most.
 #[test]
-fn strings_at_the_limit_of_plain_sums() {
+fn strings_whose_sums_are_held() {
     let mut rng = Rng::new(2);
     let [low, high] = [i32::MIN, i32::MAX].map(i64::from);
-    let limit = 1_i64 << super::vectors::SMALL_BITS;
-    for size in [limit - 1, limit, 2 * limit, 4 * limit] {
+    for size in [(1_i64 << 28) - 1, 1 << 29, 1 << 30, high] {
         for k in [[high, low, high, low], [high, low, 0, 0], [0, 0, high, low]] {
-            for count in [5, 8, 31] {
+            for count in [5, 8, 16, 31] {
                 for _ in 0..10 {
                     let signed = |rng: &mut Rng| rng.pick(&[size, -size]);
                     compare_words(&mut rng, (count, 1, k), signed);
