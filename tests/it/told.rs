@@ -1,7 +1,7 @@
 //! What the command tells its users in passing: the summary of a run, units and titles, what is
 //! wanted instead of what was given.
 
-use super::cli::Shell;
+use super::cli::{Shell, bundled};
 
 /// A switch that says when it goes on and off, with what one over a time is.
 const LAMP: &str = "\
@@ -142,6 +142,20 @@ fn options_say_what_number_is_wanted() {
         }
     }
     shell.ends(0, &["run", "lamp.whip", "--tick-rate", "8kHz"]);
+}
+
+/// Whatever `build` prints of a relocatable file stands in its page.
+#[test]
+fn the_page_on_build_shows_what_it_prints() {
+    let shell = Shell::new();
+    let grand = bundled("grand-piano.whip");
+    let (out, _) = shell.ends(0, &["build", &grand, "--keys", "28", "-o", "piano.o"]);
+    let (_, bound) = out.split_once('\n').expect("several lines");
+    let page = include_str!("../../docs/build.md");
+    assert!(
+        bound.contains("cycles") && page.contains(bound.trim()),
+        "{out}"
+    );
 }
 
 #[test]
