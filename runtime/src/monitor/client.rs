@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io;
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use whippen_compiler::firmware::{Fact, PROTOCOL};
@@ -22,6 +23,13 @@ pub trait Link {
     /// # Errors
     /// The line is gone.
     fn receive(&mut self, patience: Duration) -> io::Result<Vec<u8>>;
+
+    /// The time by which answers are late, from any beginning: this machine's, where the board has
+    /// no other.
+    fn time(&self) -> Duration {
+        static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+        BEGIN.elapsed()
+    }
 }
 
 /// What is asked (docs/monitor.md).
@@ -281,7 +289,7 @@ impl<L: Link> Client<L> {
         garbage: &mut usize,
     ) -> Result<Option<(u8, Vec<u32>)>, MonitorError> {
         let (mut words, mut frames) = (Vec::new(), 0);
-        let mut deadline = Instant::now() + self.patience;
+        let mut deadline = self.link.time() + self.patience;
         loop {
             let Some(frame) = self.frame(deadline)? else {
                 return Ok(None);
@@ -304,12 +312,12 @@ impl<L: Link> Client<L> {
                 return Ok(Some((said[2], words)));
             }
             frames += 1;
-            deadline = Instant::now() + self.patience;
+            deadline = self.link.time() + self.patience;
         }
     }
 
     /// The next frame, without the zero behind it; none where it does not come in time.
-    fn frame(&mut self, deadline: Instant) -> Result<Option<Vec<u8>>, MonitorError> {
+    fn frame(&mut self, deadline: Duration) -> Result<Option<Vec<u8>>, MonitorError> {
         loop {
             if let Some(at) = self.begun.iter().position(|byte| *byte == 0) {
                 let frame: Vec<u8> = self.begun.drain(..=at).take(at).collect();
@@ -318,7 +326,7 @@ impl<L: Link> Client<L> {
                 }
                 continue;
             }
-            let left = deadline.saturating_duration_since(Instant::now());
+            let left = deadline.saturating_sub(self.link.time());
             if left.is_zero() {
                 return Ok(None);
             }
