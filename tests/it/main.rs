@@ -4,6 +4,7 @@ mod action;
 mod agree;
 mod arm;
 mod bench;
+mod book;
 mod bowed;
 mod budget;
 mod button_and_knob;
