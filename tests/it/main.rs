@@ -57,6 +57,7 @@ mod quiet;
 mod random_programs;
 mod readme;
 mod reference;
+mod release;
 mod report;
 mod rings;
 mod sound;

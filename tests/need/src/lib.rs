@@ -109,10 +109,30 @@ pub fn module() -> Option<PathBuf> {
 ///
 /// Where it is absent and required.
 pub fn npm(file: &str) -> Option<PathBuf> {
-    let package = file.split('/').next().unwrap_or_default();
-    let advice = "tests/setup, which takes it from npm";
-    made(&format!("npm/node_modules/{file}"), package, advice)
+    // A scope and a name within it, or a name alone.
+    let parts = if file.starts_with('@') { 2 } else { 1 };
+    let package: Vec<&str> = file.split('/').take(parts).collect();
+    made(
+        &format!("npm/node_modules/{file}"),
+        &package.join("/"),
+        FROM_NPM,
+    )
 }
+
+/// The packages that the extension of VS Code is made with, a folder `node_modules`; none, and the
+/// test counts as skipped, where they are absent.
+///
+/// # Panics
+///
+/// Where they are absent and required.
+pub fn extension_packages() -> Option<PathBuf> {
+    let name = "vscode-languageclient";
+    let file = format!("vscode/node_modules/{name}/package.json");
+    let found = made(&file, name, FROM_NPM)?;
+    found.ancestors().nth(2).map(Path::to_path_buf)
+}
+
+const FROM_NPM: &str = "tests/setup, which takes it from npm";
 
 /// A file that `tests/setup` leaves in the folder `target`.
 fn made(file: &str, name: &str, advice: &str) -> Option<PathBuf> {
