@@ -1,4 +1,5 @@
-//! Requirements of tests: programs that judge, and recordings, neither part of the repository.
+//! What tests need from outside: programs that judge, and recordings, neither part of the repository;
+//! how many random cases.
 //!
 //! A test asks first and returns where it gets nothing; it then counts as skipped, not as passed:
 //!
@@ -22,8 +23,34 @@ mod tests;
 mod tool;
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 pub use tool::{Tool, table};
+
+/// How many cases of something random are tried: `usual`, or what a variable of the environment says.
+///
+/// # Panics
+///
+/// As [`asked`].
+pub fn count<T: FromStr>(variable: &str, usual: T) -> T {
+    asked(variable).unwrap_or(usual)
+}
+
+/// The number that a variable of the environment holds; none where it is not set.
+///
+/// # Panics
+///
+/// Where it holds no such number: whoever asked for more must not get the usual few.
+pub fn asked<T: FromStr>(variable: &str) -> Option<T> {
+    let text = std::env::var_os(variable)?;
+    let number = text.to_str().and_then(|text| text.parse().ok());
+    assert!(
+        number.is_some(),
+        "{variable}={} is no count",
+        text.display()
+    );
+    number
+}
 
 /// The program of that name in the table; none, and the test counts as skipped, where it is absent.
 ///
