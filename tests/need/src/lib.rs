@@ -1,5 +1,5 @@
-//! What tests need from outside: programs that judge, and recordings, neither part of the repository;
-//! how many random cases.
+//! What tests need from outside: programs that judge, and recordings, neither part of the
+//! repository; how many random cases.
 //!
 //! A test asks first and returns where it gets nothing; it then counts as skipped, not as passed:
 //!
@@ -27,7 +27,8 @@ use std::str::FromStr;
 
 pub use tool::{Tool, table};
 
-/// How many cases of something random are tried: `usual`, or what a variable of the environment says.
+/// How many cases of something random are tried: `usual`, or what a variable of the environment
+/// says.
 ///
 /// # Panics
 ///
