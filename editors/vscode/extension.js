@@ -1,13 +1,21 @@
 // Starts `whippen lsp` and lets the editor talk to it. Everything else is the server's.
 
+const fs = require("fs");
+const path = require("path");
 const { commands, window, workspace } = require("vscode");
 const { LanguageClient } = require("vscode-languageclient/node");
 
 let client;
 
-async function start() {
+/** The command that is told, or the one in the extension, or that of the path. */
+function server(extension, told) {
+    const own = path.join(extension, "bin", "whippen");
+    return told || (fs.existsSync(own) ? own : "whippen");
+}
+
+async function start(extension) {
     const settings = workspace.getConfiguration("whippen");
-    const command = settings.get("path", "whippen");
+    const command = server(extension, settings.get("path", ""));
     const options = {
         initializationOptions: { board: settings.get("board", "") },
         documentSelector: [{ language: "whip" }],
@@ -26,12 +34,11 @@ async function stop() {
     client = undefined;
 }
 
-async function restart() {
-    await stop();
-    await start();
-}
-
 exports.activate = async (context) => {
+    const restart = async () => {
+        await stop();
+        await start(context.extensionPath);
+    };
     context.subscriptions.push(commands.registerCommand("whippen.restart", restart));
     context.subscriptions.push(
         workspace.onDidChangeConfiguration((change) => {
@@ -40,7 +47,7 @@ exports.activate = async (context) => {
             }
         }),
     );
-    await start();
+    await start(context.extensionPath);
 };
 
 exports.deactivate = stop;

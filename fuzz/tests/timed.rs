@@ -23,9 +23,7 @@ fn told(found: &[Finding]) -> String {
 fn nothing_panics_hangs_or_is_a_defect() {
     let (old, found) = old_findings();
     assert!(found.is_empty(), "{}", told(&found));
-    let seconds = std::env::var("WHIPPEN_FUZZ_SECONDS")
-        .ok()
-        .and_then(|s| s.parse().ok());
+    let seconds = whippen_need::asked("WHIPPEN_FUZZ_SECONDS");
     let inputs_max: fn(&Target) -> u64 = if seconds.is_some() {
         |_| u64::MAX
     } else {

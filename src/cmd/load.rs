@@ -404,3 +404,20 @@ pub fn one_key(program: &Program, name: Option<&str>, key: Option<u8>) -> Result
     };
     Ok(model_of_keys(model, &[index as usize]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::json_sets;
+
+    #[test]
+    fn a_number_of_json_is_the_nearest() {
+        // Neighbours of a tenth, as exactly as a sweep or a fit prints them.
+        for above in 0..1000 {
+            let value = f64::from_bits(0.1_f64.to_bits() + above);
+            let text = format!("{{\"k\": {value}}}");
+            let (sets, in_si) = json_sets(&[text]).unwrap_or_else(|_| panic!("{value} is read"));
+            assert_eq!(sets, [("k".to_string(), value.to_string())]);
+            assert_eq!(in_si, ["k"]);
+        }
+    }
+}

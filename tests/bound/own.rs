@@ -25,13 +25,6 @@ const KEYS: u32 = 5;
 /// Ticks that are played on a board that is accepted.
 const TICKS: usize = 120;
 
-fn number(name: &str, usual: u64) -> u64 {
-    std::env::var(name)
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(usual)
-}
-
 /// The text of a bundled board.
 fn text(kind: BoardKind) -> String {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -372,9 +365,9 @@ fn holds(image: &Image, seed: u64, told: &str) -> u64 {
 #[test]
 fn no_board_makes_a_bound_lower_than_what_is_measured() {
     let all: Vec<Arc<Compiled>> = instruments().into_iter().map(Arc::new).collect();
-    let seed = number("WHIPPEN_SEED", 1);
+    let seed = whippen_need::count("WHIPPEN_SEED", 1_u64);
     let (mut accepted, mut refused, mut seen) = (0, 0, 0);
-    for case in 0..number("WHIPPEN_BOARDS", BOARDS) {
+    for case in 0..whippen_need::count("WHIPPEN_BOARDS", BOARDS) {
         let mut rng = Rng::new(seed.wrapping_mul(0x9e37_79b9).wrapping_add(case));
         let kind = rng.pick(&BoardKind::ALL);
         let mut text = text(kind);

@@ -19,10 +19,7 @@ const START: usize = 60;
 const KEYS: usize = 9;
 
 fn ticks() -> usize {
-    std::env::var("WHIPPEN_TICKS")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(TICKS)
+    whippen_need::count("WHIPPEN_TICKS", TICKS)
 }
 
 /// Words of all keys, tick by tick.

@@ -19,10 +19,7 @@ const ROUNDS: u64 = 500;
 const KEYS: u32 = 48;
 
 fn rounds() -> u64 {
-    std::env::var("WHIPPEN_ROUNDS")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(ROUNDS)
+    whippen_need::count("WHIPPEN_ROUNDS", ROUNDS)
 }
 
 /// The best case of a mode so far.

@@ -280,10 +280,8 @@ fn survivors(
 
 #[test]
 fn faults_are_not_validated() {
-    let wanted = std::env::var("WHIPPEN_FAULTS").ok();
-    let count: usize = wanted
-        .as_ref()
-        .map_or(240, |n| n.parse().expect("a number"));
+    let wanted = whippen_need::asked("WHIPPEN_FAULTS");
+    let count: usize = wanted.unwrap_or(240);
     let mut text = String::new();
     let mut rng = Rng::new(7);
     for file in ["hammond.whip", "celesta.whip", "harpsichord.whip"] {

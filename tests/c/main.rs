@@ -60,10 +60,7 @@ const BATCH: usize = 250;
 const KERNELS: usize = 10_000;
 
 fn kernels() -> usize {
-    std::env::var("WHIPPEN_KERNELS")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(KERNELS)
+    whippen_need::count("WHIPPEN_KERNELS", KERNELS)
 }
 
 fn random_case(seed: usize) -> Case {

@@ -88,10 +88,7 @@ fn value(found: &Value, name: &str, what: &str) -> f64 {
 /// `WHIPPEN_SEEDS=100 cargo test --test it truth_is_within` looks longer.
 #[test]
 fn truth_is_within_the_stated_confidence() {
-    let seeds = std::env::var("WHIPPEN_SEEDS")
-        .ok()
-        .and_then(|n| n.parse().ok());
-    let seeds: u64 = seeds.unwrap_or(5);
+    let seeds = whippen_need::count("WHIPPEN_SEEDS", 5_u64);
     let mut shell = shell();
     let mut inside = [0; TRUTH.len()];
     for seed in 0..seeds {

@@ -130,13 +130,11 @@ fn a_friction_never_pushes_whatever_comes() {
     let mut interp = Interp::new(kernel, 1).unwrap();
     let at = |name: &str| exports.iter().position(|e| e.name == name).unwrap();
     let (force, slip) = (at("stick"), at("slip"));
-    let ticks = std::env::var("WHIPPEN_TICKS")
-        .ok()
-        .and_then(|n| n.parse().ok());
+    let ticks = whippen_need::count("WHIPPEN_TICKS", 60 * RATE_HZ);
     let mut random = Rng::new(19);
     let (mut drive, mut rubbed) = ([0_i16], 0);
     interp.init(&[0]);
-    for tick in 0..ticks.unwrap_or(60 * RATE_HZ) {
+    for tick in 0..ticks {
         if tick % 4000 == 0 {
             for (live, meaning) in compiled.lowered.lives.iter().enumerate() {
                 let value = random.interesting(meaning.range);

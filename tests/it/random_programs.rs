@@ -237,10 +237,7 @@ fn every_value_of_random_programs_stays_within_its_bound() {
     positions_m.extend((0..200).map(|_| noise.below(11_000) as f64 * 1e-6 - 0.5e-3));
     let words = common::words(&positions_m);
     let (mut compared, mut ties) = (0, 0);
-    let programs: u64 = std::env::var("WHIPPEN_PROGRAMS")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(800);
+    let programs = whippen_need::count("WHIPPEN_PROGRAMS", 800_u64);
     for seed in 0..programs {
         let text = program(seed);
         let compiled = common::compiled(&format!("random {seed}"), &text, &[]).remove(0);

@@ -23,8 +23,7 @@ fn is_member(role: Role) -> bool {
 const TICKS: usize = 200;
 
 fn ticks() -> usize {
-    let wanted = std::env::var("WHIPPEN_TICKS").ok();
-    wanted.and_then(|text| text.parse().ok()).unwrap_or(TICKS)
+    whippen_need::count("WHIPPEN_TICKS", TICKS)
 }
 
 /// Plays the reference and the board; gives the longest frame and its bound.

@@ -17,10 +17,7 @@ const ON_ALL: u64 = 10;
 const FIRST: u64 = 0;
 
 fn count() -> u64 {
-    std::env::var("WHIPPEN_KERNELS")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(KERNELS)
+    whippen_need::count("WHIPPEN_KERNELS", KERNELS)
 }
 
 /// Compares everything that a kernel does in some ticks.

@@ -55,8 +55,7 @@ fn cells_of_tail(parts: &Parts) -> Vec<String> {
 /// Random kernels, members around random instructions, apart and together.
 #[test]
 fn parts_of_random_kernels_do_what_the_whole_does() {
-    let wanted = std::env::var("WHIPPEN_KERNELS").ok();
-    let kernels = wanted.and_then(|text| text.parse().ok()).unwrap_or(3000);
+    let kernels = whippen_need::count("WHIPPEN_KERNELS", 3000);
     let (mut cuts, mut several, mut crossing, mut sooner) = (0, 0, 0_u64, 0);
     let mut beside_tail = 0;
     for seed in 0..kernels {
@@ -118,8 +117,7 @@ fn parts_of_random_kernels_do_what_the_whole_does() {
 /// Random kernels without members, some of whose cells is heard.
 #[test]
 fn what_is_heard_apart_from_what_is_felt_does_what_the_whole_does() {
-    let wanted = std::env::var("WHIPPEN_KERNELS").ok();
-    let kernels = wanted.and_then(|text| text.parse().ok()).unwrap_or(3000);
+    let kernels = whippen_need::count("WHIPPEN_KERNELS", 3000);
     let (mut cuts, mut sooner, mut crossing) = (0, 0, 0);
     for seed in 0..kernels {
         let mut kernel = random_kernel(seed);

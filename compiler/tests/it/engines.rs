@@ -111,10 +111,7 @@ const KERNELS: u64 = 10_000;
 
 #[test]
 fn random_kernels() {
-    let count = std::env::var("WHIPPEN_KERNELS")
-        .ok()
-        .and_then(|count| count.parse().ok())
-        .unwrap_or(KERNELS);
+    let count = whippen_need::count("WHIPPEN_KERNELS", KERNELS);
     let next = AtomicU64::new(0);
     let work = || {
         let mut seeds = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));

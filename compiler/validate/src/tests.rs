@@ -131,7 +131,7 @@ fn step(terms: &mut Terms, rng: &mut Rng, known: &[Pair]) -> Told<Pair> {
 #[test]
 fn normal_forms_keep_the_number() {
     let mut rng = Rng::new(3);
-    let count = std::env::var("WHIPPEN_CASES").map_or(3000, |n| n.parse().expect("a number"));
+    let count = whippen_need::count("WHIPPEN_CASES", 3000);
     for case in 0..count {
         let mut terms = Terms::default();
         let words: Vec<i128> = (0..REGISTERS).map(|_| word(&mut rng)).collect();

@@ -16,10 +16,7 @@ const KERNELS: u64 = 400;
 
 #[test]
 fn random_kernels_have_the_memory_of_the_interpreter() {
-    let asked = std::env::var("WHIPPEN_KERNELS").ok();
-    let count = asked
-        .and_then(|count| count.parse().ok())
-        .unwrap_or(KERNELS);
+    let count = whippen_need::count("WHIPPEN_KERNELS", KERNELS);
     for first in (0..count).step_by(KERNELS as usize) {
         let mut cases = Cases::default();
         for seed in first..count.min(first + KERNELS) {

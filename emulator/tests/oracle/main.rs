@@ -19,13 +19,8 @@ const CASES: usize = 24;
 
 fn judge(target: &Target) {
     let Some(tools) = Tools::find() else { return };
-    let cases: Vec<Case> = cases::all(
-        target.arch,
-        std::env::var("WHIPPEN_CASES")
-            .ok()
-            .and_then(|n| n.parse().ok())
-            .unwrap_or(CASES),
-    );
+    let of_each = whippen_need::count("WHIPPEN_CASES", CASES);
+    let cases: Vec<Case> = cases::all(target.arch, of_each);
     let mut wrong: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut judged = 0;
     for batch in cases.chunks(target.batch) {

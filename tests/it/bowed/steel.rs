@@ -71,8 +71,7 @@ fn bows(lines: &[Line]) -> Vec<(usize, Bow)> {
             all.extend([0.1, 0.2, 0.3].map(|speed| (at, bow(line, speed, beta))));
         }
     }
-    let asked = std::env::var("WHIPPEN_BOWS");
-    let asked = asked.ok().and_then(|n| n.parse().ok()).unwrap_or(BOWS);
+    let asked = whippen_need::count("WHIPPEN_BOWS", BOWS);
     // 7 and 60 have no divisor in common, so that each comes once.
     let apart = (0..asked.clamp(1, all.len())).map(|at| all[7 * at % all.len()]);
     apart.collect()

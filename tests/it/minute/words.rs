@@ -11,8 +11,7 @@ const LIVE_TICKS: usize = 4000;
 
 /// How many ticks are played: `WHIPPEN_TICKS`, where it is set.
 pub fn ticks() -> usize {
-    let asked = std::env::var("WHIPPEN_TICKS");
-    asked.ok().and_then(|n| n.parse().ok()).unwrap_or(TICKS)
+    whippen_need::count("WHIPPEN_TICKS", TICKS)
 }
 
 /// What one key of a kernel is fed, tick by tick.

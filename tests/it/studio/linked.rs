@@ -1,24 +1,10 @@
 //! Addresses of the studio: one that holds a program begins with it, and one that does not says so.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use base64::Engine;
-use base64::engine::general_purpose::URL_SAFE_NO_PAD;
-use flate2::Compression;
-use flate2::write::DeflateEncoder;
-use serde_json::json;
-
 use super::{play, studio};
+use crate::book::address;
 use crate::cli::Shell;
-
-/// What stands behind `#` for a program.
-fn hash(file: &str, text: &str) -> String {
-    let mut packer = DeflateEncoder::new(Vec::new(), Compression::best());
-    let object = json!({ "file": file, "text": text }).to_string();
-    packer.write_all(object.as_bytes()).expect("is packed");
-    URL_SAFE_NO_PAD.encode(packer.finish().expect("is packed"))
-}
 
 /// What the studio says and shows that is opened at an address.
 fn opened(tools: [&Path; 2], page: &Path, hash: &str, shell: &Shell) -> [String; 2] {
@@ -52,10 +38,10 @@ fn an_address_holds_a_program_or_says_that_it_does_not() {
     let shell = Shell::new().with("script.js", SCRIPT);
     let page = studio(&shell, &module);
     let open = |hash: &str| opened([&node, &chromium], &page, hash, &shell);
-    let [status, text] = open(&hash("soft.whip", SPRING));
+    let [status, text] = open(&address::of("soft.whip", SPRING));
     assert_eq!((status.as_str(), text.as_str()), ("Up to date.", SPRING));
     // No letters of base64; no file that the studio would write.
-    let wrong = ["!!", &hash("../soft.whip", SPRING)];
+    let wrong = ["!!", &address::of("../soft.whip", SPRING)];
     for hash in wrong {
         let [status, text] = open(hash);
         assert!(

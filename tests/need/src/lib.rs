@@ -1,4 +1,5 @@
-//! Requirements of tests: programs that judge, and recordings, neither part of the repository.
+//! What tests need from outside: programs that judge, and recordings, neither part of the
+//! repository; how many random cases.
 //!
 //! A test asks first and returns where it gets nothing; it then counts as skipped, not as passed:
 //!
@@ -22,8 +23,35 @@ mod tests;
 mod tool;
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 pub use tool::{Tool, table};
+
+/// How many cases of something random are tried: `usual`, or what a variable of the environment
+/// says.
+///
+/// # Panics
+///
+/// As [`asked`].
+pub fn count<T: FromStr>(variable: &str, usual: T) -> T {
+    asked(variable).unwrap_or(usual)
+}
+
+/// The number that a variable of the environment holds; none where it is not set.
+///
+/// # Panics
+///
+/// Where it holds no such number: whoever asked for more must not get the usual few.
+pub fn asked<T: FromStr>(variable: &str) -> Option<T> {
+    let text = std::env::var_os(variable)?;
+    let number = text.to_str().and_then(|text| text.parse().ok());
+    assert!(
+        number.is_some(),
+        "{variable}={} is no count",
+        text.display()
+    );
+    number
+}
 
 /// The program of that name in the table; none, and the test counts as skipped, where it is absent.
 ///
@@ -109,10 +137,30 @@ pub fn module() -> Option<PathBuf> {
 ///
 /// Where it is absent and required.
 pub fn npm(file: &str) -> Option<PathBuf> {
-    let package = file.split('/').next().unwrap_or_default();
-    let advice = "tests/setup, which takes it from npm";
-    made(&format!("npm/node_modules/{file}"), package, advice)
+    // A scope and a name within it, or a name alone.
+    let parts = if file.starts_with('@') { 2 } else { 1 };
+    let package: Vec<&str> = file.split('/').take(parts).collect();
+    made(
+        &format!("npm/node_modules/{file}"),
+        &package.join("/"),
+        FROM_NPM,
+    )
 }
+
+/// The packages that the extension of VS Code is made with, a folder `node_modules`; none, and the
+/// test counts as skipped, where they are absent.
+///
+/// # Panics
+///
+/// Where they are absent and required.
+pub fn extension_packages() -> Option<PathBuf> {
+    let name = "vscode-languageclient";
+    let file = format!("vscode/node_modules/{name}/package.json");
+    let found = made(&file, name, FROM_NPM)?;
+    found.ancestors().nth(2).map(Path::to_path_buf)
+}
+
+const FROM_NPM: &str = "tests/setup, which takes it from npm";
 
 /// A file that `tests/setup` leaves in the folder `target`.
 fn made(file: &str, name: &str, advice: &str) -> Option<PathBuf> {

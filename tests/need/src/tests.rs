@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::skip::is_required;
-use crate::{table, tool};
+use crate::{asked, count, table, tool};
 
 /// The test that is run again; elsewhere it finds what it asks for.
 const ASKS: &str = "tests::bash_is_found";
@@ -117,4 +117,19 @@ fn the_table_names_each_tool_once_and_what_brings_it() {
     for tool in table() {
         assert!(!tool.packages.is_empty(), "{}", tool.name());
     }
+}
+
+/// Cargo sets variables for tests, of which one is a number.
+#[test]
+fn a_count_is_asked_for_or_usual() {
+    let patch: u64 = env!("CARGO_PKG_VERSION_PATCH").parse().expect("a number");
+    assert_eq!(count("CARGO_PKG_VERSION_PATCH", patch + 7), patch);
+    assert_eq!(count("WHIPPEN_NEVER_SET", 7), 7);
+    assert_eq!(asked::<u64>("WHIPPEN_NEVER_SET"), None);
+}
+
+#[test]
+#[should_panic(expected = "CARGO_PKG_NAME=whippen-need is no count")]
+fn what_is_no_count_is_not_the_usual_one() {
+    count("CARGO_PKG_NAME", 7_u64);
 }

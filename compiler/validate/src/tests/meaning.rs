@@ -134,7 +134,7 @@ fn instructions_mean_what_the_emulator_does() {
     };
     let new = || Emulator::new(Board::generic(CoreKind::CortexM33)).expect("a board");
     let mut emulator = new();
-    let count: u32 = std::env::var("WHIPPEN_CASES").map_or(3000, |n| n.parse().expect("a number"));
+    let count = whippen_need::count("WHIPPEN_CASES", 3000_u32);
     let mut followed = 0;
     for case in 0..count {
         let halves = code(&mut rng, &encodings);

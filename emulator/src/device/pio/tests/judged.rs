@@ -243,8 +243,7 @@ fn difference(ours: &str, theirs: &str) -> String {
 }
 
 fn cases() -> u64 {
-    let asked = std::env::var("WHIPPEN_CASES").ok();
-    asked.and_then(|n| n.parse().ok()).unwrap_or(CASES)
+    whippen_need::count("WHIPPEN_CASES", CASES)
 }
 
 /// How two lines of one case compare; nothing where they agree.
