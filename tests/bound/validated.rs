@@ -58,8 +58,8 @@ fn told(report: &Report) -> String {
     let others = [("entry", &report.entry), ("tables", &report.tables)];
     let others = others.map(|(what, verdict)| (what.to_string(), verdict));
     for (what, verdict) in others.into_iter().chain(shared).chain(modes) {
-        if let Verdict::Unproven { why } = verdict {
-            let _ = writeln!(text, "  {what}: {why}");
+        if !verdict.is_validated() {
+            let _ = writeln!(text, "  {what}: {verdict}");
         }
     }
     text
@@ -67,7 +67,7 @@ fn told(report: &Report) -> String {
 
 fn reports(board_name: &str) -> String {
     let mut text = String::new();
-    for compiled in common::of_keys() {
+    for compiled in common::all() {
         let name = &compiled.model.name;
         match built(&compiled, board_name) {
             Err(why) => {
@@ -76,7 +76,7 @@ fn reports(board_name: &str) -> String {
             Ok(built) => {
                 let instruments = std::slice::from_ref(&built.instrument);
                 let instruments = ImageInstrument::borrow_all(instruments);
-                for zone in validate_image(&built.whole, &instruments) {
+                for zone in validate_image(&built.whole, &instruments).zones {
                     let _ = write!(text, "{name} {}: {}", zone.name, told(&zone.report));
                 }
             }
@@ -259,9 +259,11 @@ fn survivors(
             code: &faulty,
             ..question.clone()
         };
-        if validate_mode(&question, mode).is_validated()
-            && !is_commuted(&code, &faulty, arch, placed)
-        {
+        let verdict = validate_mode(&question, mode);
+        if matches!(verdict, Verdict::Refuted { .. }) {
+            *kinds.entry("REFUTED").or_default() += 1;
+        }
+        if verdict.is_validated() && !is_commuted(&code, &faulty, arch, placed) {
             let second = words.get(1).copied().unwrap_or(0);
             let now = match decode(words[0], second, arch, placed.1) {
                 Ok(inst) => inst.to_string(),

@@ -3,12 +3,23 @@
 use whippen_kernel::{Inst, Op, Range, Type, Value};
 
 use crate::kernel::{KernelRun, Number};
-use crate::stop::{Told, unproven};
+use crate::stop::{Reason, Told, unproven, unproven_as};
 use crate::term::{Base, Kind, Term, Terms};
 use crate::truth::Truth;
 
 impl KernelRun<'_> {
     pub(crate) fn on_memory(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Option<Number>> {
+        let declared = inst.results.first().map(|result| {
+            let Range { low, high } = self.values[*result].range;
+            (low.into(), high.into())
+        });
+        terms.declare(declared);
+        let read = self.read_or_write(terms, inst);
+        terms.declare(None);
+        read
+    }
+
+    fn read_or_write(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Option<Number>> {
         let t = terms;
         let places = self.question.places;
         let args = &inst.args;
@@ -67,10 +78,15 @@ impl KernelRun<'_> {
                 self.memory.store(t, address, bytes, value, Truth::YES)
             }
             Op::Emit(event) => self.emit(t, event, &inst.args),
-            _ => unproven(format!(
-                "the operator `{}` is not followed",
-                inst.op.row().name
-            )),
+            _ => {
+                let name = inst.op.row().name;
+                let reason = match inst.op {
+                    Op::Wave(..) => Reason::Strings,
+                    Op::DelayAt(..) => Reason::DelayLines,
+                    _ => Reason::Code,
+                };
+                unproven_as(reason, format!("the operator `{name}` is not followed"))
+            }
         }
     }
 
@@ -124,6 +140,10 @@ impl KernelRun<'_> {
 
     fn get(&mut self, terms: &mut Terms, inst: &Inst, cell: u32, index: Term) -> Told<Number> {
         let address = self.place(terms, cell, index)?;
+        if self.values[inst.results[0]].ty == Type::I64 && terms.is_sampling() {
+            // Both words at once, so that they make a number of the interval.
+            terms.unread(address, 8);
+        }
         let low = self.memory.load(terms, address, 4)?;
         match self.values[inst.results[0]].ty {
             Type::I32 => Ok(Number::Whole(low)),

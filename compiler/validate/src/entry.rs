@@ -3,12 +3,12 @@
 use whippen_isa::reg::SP;
 
 use crate::Verdict;
-use crate::check::{ROLES, Start, all_cases};
+use crate::check::{ROLES, Start, all_cases, differ};
 use crate::kernel::run_shared;
 use crate::machine::Machine;
 use crate::memory::Memory;
 use crate::places::Question;
-use crate::stop::{Told, unproven};
+use crate::stop::{Doubt, Reason, Stop, Told, unproven};
 use crate::term::{Base, Kind, Term, Terms};
 
 /// Cases of the entry, at most.
@@ -67,8 +67,7 @@ struct Left {
 pub(crate) fn check_entry(
     question: &Question,
     terms: &mut Terms,
-) -> Result<(Start, Vec<Verdict>), String> {
-    let in_words = |told: crate::stop::Stop| format!("{told:?}");
+) -> Result<(Start, Vec<Verdict>), Doubt> {
     let left = all_cases(terms, CASES_MAX, |terms| run_entry(question, terms))?;
     let mut verdicts = Vec::new();
     let mut replaced = Vec::new();
@@ -83,9 +82,12 @@ pub(crate) fn check_entry(
             replaced.push((found, wanted));
             let is_one = left.iter().all(|other| other.shared[number].0 == wanted);
             if found != wanted || !is_one {
-                let (wanted, found) = (terms.show(wanted), terms.show(found));
-                let why = format!("the Kernel says {wanted}, the code {found}");
-                verdict = Verdict::Unproven { why };
+                let (says, does) = (terms.show(wanted), terms.show(found));
+                let why = format!("the Kernel says {says}, the code {does}");
+                verdict = match differ::<()>(terms, wanted, found, why) {
+                    Err(Stop::Unproven(doubt)) => Verdict::of(doubt),
+                    _ => Verdict::of(Doubt::new(Reason::Code, "its numbers are too large")),
+                };
             }
         }
         verdicts.push(verdict);
@@ -104,6 +106,13 @@ pub(crate) fn check_entry(
         stack_bytes: left.iter().map(|case| case.stack_bytes).min().unwrap_or(0),
     };
     Ok((start, verdicts))
+}
+
+fn in_words(told: Stop) -> Doubt {
+    match told {
+        Stop::Unproven(doubt) => doubt,
+        other => Doubt::new(Reason::Code, format!("{other:?}")),
+    }
 }
 
 /// What registers hold in all cases.
@@ -205,10 +214,15 @@ pub(crate) fn check_tables(question: &Question) -> Verdict {
     for (table, from) in tables {
         for (index, value) in (0..).zip(&table.values) {
             let address = from.wrapping_add(4 * index);
-            if question.code.word(address) != Some(*value as u32) {
-                let why = format!("word {index} of table `{}` differs", table.name);
-                return Verdict::Unproven { why };
+            let found = question.code.word(address);
+            if found == Some(*value as u32) {
+                continue;
             }
+            let why = format!("word {index} of table `{}` differs", table.name);
+            return match found {
+                Some(_) => Verdict::Refuted { why },
+                None => Verdict::of(Doubt::new(Reason::Entry, why)),
+            };
         }
     }
     Verdict::Validated {

@@ -16,7 +16,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::stop::{Stop, Told};
+use crate::stop::{Doubt, Reason, Stop, Told};
 use crate::truth::Truth;
 
 /// An integer that is no sum.
@@ -97,13 +97,15 @@ pub(crate) struct Terms {
     pub(crate) known: crate::bounds::Known,
     /// Addresses of words that are pointers into regions of their own.
     pub(crate) pointers: FxHashSet<Term>,
+    /// The numbers that memory holds at the beginning, in a run with numbers.
+    pub(crate) sample: Option<crate::sample::Sample>,
 }
 
 /// How many products a product of sums may become.
 const PRODUCTS_MAX: usize = 36;
 
 pub(crate) fn too_large() -> Stop {
-    Stop::Unproven("a number leaves 128 bits".to_string())
+    Stop::Unproven(Doubt::new(Reason::Code, "a number leaves 128 bits"))
 }
 
 impl Terms {
@@ -129,6 +131,15 @@ impl Terms {
 
     pub fn kind(&self, atom: Atom) -> &Kind {
         &self.kinds[atom.0 as usize]
+    }
+
+    /// All that was read of memory as it is at the beginning: addresses, bytes.
+    pub fn loads(&self) -> Vec<(Term, u8)> {
+        let loads = self.kinds.iter().filter_map(|kind| match kind {
+            Kind::Load(address, bytes) => Some((*address, *bytes)),
+            _ => None,
+        });
+        loads.collect()
     }
 
     pub fn sum(&self, term: Term) -> &Sum {
