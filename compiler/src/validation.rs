@@ -9,7 +9,7 @@ use std::fmt;
 
 use whippen_arm::image::SectionKind;
 use whippen_arm::thumb::{SharedValues, StateLayout, shared_values};
-use whippen_firmware::{FirmwareImage, Instrument};
+use whippen_firmware::{FirmwareImage, Instrument, Role};
 use whippen_keyboard::{InstrumentId, ProgramId};
 use whippen_modes::{ModeId, Modes};
 use whippen_validate::{Code, LinePlace, Places, Question, Reason, Report, Shared, Symbols};
@@ -34,6 +34,8 @@ pub struct ZoneReport {
     pub program: ProgramId,
     /// What it is of.
     pub instrument: InstrumentId,
+    /// What it is of an instrument in parts, but for the tail.
+    pub part: Option<Role>,
     /// Each piece.
     pub report: Report,
 }
@@ -100,6 +102,11 @@ impl fmt::Display for Validation {
 }
 
 impl ZoneReport {
+    /// The symbol of a mode, as map and listing have it.
+    pub fn symbol(&self, mode: ModeId) -> String {
+        format!("{}.mode.{}", self.name, mode.0)
+    }
+
     /// A mode may read any table and any word that the entry computes, so it is not validated where
     /// one of these is not.
     fn not_validated(&self) -> Vec<NotValidated<'_>> {
@@ -155,12 +162,21 @@ impl ZoneReport {
     }
 }
 
+/// What a piece of code belongs to.
+#[derive(Clone, Copy)]
+struct Of {
+    program: ProgramId,
+    instrument: InstrumentId,
+    part: Option<Role>,
+}
+
 /// Everything that a question is made of.
 pub struct Asked<'a> {
     /// The prefix of its symbols.
     pub name: String,
     program: ProgramId,
     instrument: InstrumentId,
+    part: Option<Role>,
     modes: &'a Modes,
     shared: Shared,
     symbols: Symbols,
@@ -171,7 +187,7 @@ impl<'a> Asked<'a> {
     /// About the keys, or the part, whose symbols begin with a name.
     fn new(
         image: &FirmwareImage,
-        (program, instrument): (ProgramId, InstrumentId),
+        of: Of,
         name: &str,
         layout: &StateLayout,
         modes: &'a Modes,
@@ -184,8 +200,9 @@ impl<'a> Asked<'a> {
         };
         Asked {
             name: name.to_string(),
-            program,
-            instrument,
+            program: of.program,
+            instrument: of.instrument,
+            part: of.part,
             symbols: symbols(image, name, modes),
             places: places(layout, modes),
             shared: Shared {
@@ -247,19 +264,23 @@ pub fn questions<'a>(
         for core in &program.cores {
             let parts = core.cut.iter().flat_map(|cut| {
                 let parts = cut.parts.iter().zip(&cut.modes);
-                parts.map(|(part, modes)| (&part.name, &part.built.layout, modes))
+                parts.map(|(part, modes)| (&part.name, &part.built.layout, modes, Some(part.role)))
             });
             let tail = core.cut.as_ref().and_then(|cut| cut.modes.last());
             let zones = core.zones.iter().map(|zone| {
                 let whole = instruments[program.instrument_of(zone).index()].modes;
-                (&zone.name, zone.layout(), tail.unwrap_or(whole))
+                (&zone.name, zone.layout(), tail.unwrap_or(whole), None)
             });
             let Some(first) = core.zones.first() else {
                 continue;
             };
-            for (at, (name, layout, modes)) in zones.chain(parts).enumerate() {
+            for (at, (name, layout, modes, part)) in zones.chain(parts).enumerate() {
                 let zone = core.zones.get(at).unwrap_or(first);
-                let of = (ProgramId(number), program.instrument_of(zone));
+                let of = Of {
+                    program: ProgramId(number),
+                    instrument: program.instrument_of(zone),
+                    part,
+                };
                 all.push(Asked::new(image, of, name, layout, modes));
             }
         }
@@ -275,6 +296,7 @@ pub fn validate_image(image: &FirmwareImage, instruments: &[Instrument]) -> Vali
         name: asked.name.clone(),
         program: asked.program,
         instrument: asked.instrument,
+        part: asked.part,
         report: validate(&asked.question(image, &code)),
     };
     Validation {

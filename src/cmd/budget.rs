@@ -104,7 +104,9 @@ fn prove<'a>(
     let instruments = setup.image_instruments()?;
     let proofs = chips.iter().map(|chip| {
         let own = chip.with_own_keys(&instruments);
-        ImageProof::wanted(chip, &own, args.most_keys)
+        let (mut proof, most) = ImageProof::wanted(chip, &own, args.most_keys)?;
+        proof.validate(&own)?;
+        Ok((proof, most))
     });
     proofs.collect()
 }
