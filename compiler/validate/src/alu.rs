@@ -108,7 +108,8 @@ impl Machine<'_> {
             };
         }
         if inst.s {
-            return unproven("the carry of a shift by a register");
+            // The carry is not known; whoever asks for it is not followed.
+            (self.flags.carry, self.flags.unsigned) = (None, None);
         }
         let function = match inst.op() {
             Op::LSL_register => Function::ShiftLeft,
@@ -351,7 +352,7 @@ fn or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     Ok(commuting(terms, Function::Or, [n, m]))
 }
 
-fn exclusive_or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
+pub(crate) fn exclusive_or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     for (a, b) in [(n, m), (m, n)] {
         if let Some(none) = mask(terms, b)? {
             let turned = complement(terms, a)?;

@@ -281,7 +281,6 @@ fn is_quotient(kind: &Kind) -> bool {
         Function::DivideUnsigned
             | Function::DivideSigned
             | Function::DivideRound(_)
-            | Function::Quotient(_)
             | Function::SquareRoot
     )
 }

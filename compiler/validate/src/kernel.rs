@@ -273,7 +273,7 @@ impl<'a> KernelRun<'a> {
             Op::Sar(n) => t.floor(a, n.into())?,
             Op::SarRound(n) => round(t, a, n.into())?,
             Op::DivRound(n) => t.of(Kind::Apply(Function::DivideRound(n), vec![a, b])),
-            Op::Quot(n) => t.of(Kind::Apply(Function::Quotient(n), vec![a, b])),
+            Op::Quot(n) => self.quotient(t, inst, n)?,
             Op::Sqrt => t.of(Kind::Apply(Function::SquareRoot, vec![a])),
             Op::Widen | Op::Assume(..) | Op::Narrow => a,
             _ => return wrapping(t, inst.op, a, b),

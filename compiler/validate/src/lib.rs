@@ -18,7 +18,7 @@
 //! | `truth` | comparisons, as decision diagrams |
 //! | `bounds` | what is known of a term in a case |
 //! | `memory` | loads and stores by address |
-//! | `kernel`, `effects` | the run of a mode |
+//! | `kernel`, `effects`, `quotient` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
 //! | `check`, `entry` | the comparison of modes, and of the tick's entry |
 //! | `sample` | what is not shown is tried with numbers: whether it is wrong |
@@ -39,6 +39,7 @@ mod memory;
 mod multiply;
 mod normal;
 pub mod places;
+mod quotient;
 mod sample;
 mod show;
 mod stop;

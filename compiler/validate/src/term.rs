@@ -53,7 +53,6 @@ pub(crate) enum Function {
     ShiftRightSigned,
     /// The operators of the Kernel that no instruction has.
     DivideRound(u8),
-    Quotient(u8),
     SquareRoot,
 }
 
