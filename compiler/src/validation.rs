@@ -334,6 +334,8 @@ fn places(layout: &StateLayout, modes: &Modes) -> Places {
         scale: line.scale,
         pointers: line.pointers,
         len: line.len,
+        row: line.row,
+        ring: line.ring,
     });
     let cells = (0..kernel.cells.len()).filter_map(|cell| in_record(layout.cell(0, cell)));
     let keyed = (0..kernel.keyed.len()).filter_map(|keyed| in_record(layout.keyed(0, keyed)));

@@ -262,6 +262,7 @@ pub(crate) fn shift(terms: &mut Terms, m: Term, kind: ShiftType, by: u32) -> Tol
         ShiftType::LSR => {
             let unsigned = terms.unsigned(m)?;
             let down = terms.floor(unsigned, by)?;
+            terms.learn_always(down, (0, (1 << (32 - by.min(32))) - 1));
             let down = terms.word(down)?;
             Ok((down, Some(bit_of(terms, by - 1)?)))
         }
@@ -308,11 +309,24 @@ fn mask(terms: &mut Terms, a: Term) -> Told<Option<crate::truth::Truth>> {
     terms.at_least(a, 0).map(Some)
 }
 
+/// Where a word is 0 or 1: whether it is 1.
+fn bit(terms: &mut Terms, a: Term) -> Told<Option<crate::truth::Truth>> {
+    let (low, high) = terms.bounds(a);
+    if low < 0 || high > 1 {
+        return Ok(None);
+    }
+    terms.at_least(a, 1).map(Some)
+}
+
 fn and(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     let zero = terms.constant(0);
     for (a, b) in [(n, m), (m, n)] {
         if let Some(none) = mask(terms, b)? {
             return terms.select(none, zero, a);
+        }
+        if let Some(one) = bit(terms, b)? {
+            let low = terms.low_bits(a, 1)?;
+            return terms.select(one, low, zero);
         }
         let Some(number) = terms.number(b) else {
             continue;
@@ -338,6 +352,9 @@ fn or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
         if let Some(none) = mask(terms, b)? {
             return terms.select(none, a, all);
         }
+        if let (Some(one), Some(_)) = (bit(terms, b)?, bit(terms, a)?) {
+            return terms.select(one, b, a);
+        }
         let sum = terms.sum(a);
         let zeros = sum.parts.iter().map(|(_, by)| by.trailing_zeros());
         let zeros = zeros
@@ -357,6 +374,11 @@ pub(crate) fn exclusive_or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
         if let Some(none) = mask(terms, b)? {
             let turned = complement(terms, a)?;
             return terms.select(none, a, turned);
+        }
+        if let (Some(one), Some(_)) = (bit(terms, b)?, bit(terms, a)?) {
+            let negative = terms.scale(a, -1)?;
+            let other = terms.plus(negative, 1)?;
+            return terms.select(one, other, a);
         }
     }
     Ok(commuting(terms, Function::ExclusiveOr, [n, m]))

@@ -44,6 +44,11 @@ impl KernelRun<'_> {
                 let (address, bytes) = self.slot(t, line, ticks)?;
                 self.memory.load(t, address, bytes)?
             }
+            Op::DelayAt(line) => {
+                let before = self.whole(t, args[0])?;
+                let (address, bytes) = self.slot_before(t, line, before)?;
+                self.memory.load(t, address, bytes)?
+            }
             Op::Lookup(table, column) => {
                 let row = self.whole(t, args[0])?;
                 self.lookup(t, table, column, row)?
@@ -82,7 +87,6 @@ impl KernelRun<'_> {
                 let name = inst.op.row().name;
                 let reason = match inst.op {
                     Op::Wave(..) => Reason::Strings,
-                    Op::DelayAt(..) => Reason::DelayLines,
                     _ => Reason::Code,
                 };
                 unproven_as(reason, format!("the operator `{name}` is not followed"))
@@ -184,6 +188,27 @@ impl KernelRun<'_> {
         };
         let pointer = self.in_state(terms, *pointer)?;
         let address = terms.add_scaled(pointer, base, 1 << place.scale)?;
+        Ok((address, bytes))
+    }
+
+    /// Address and bytes of the slot of a line that was written so many ticks and one more ago:
+    /// slots of a key lie a row apart, and before the first comes the last.
+    fn slot_before(&mut self, terms: &mut Terms, line: u32, before: Term) -> Told<(Term, u8)> {
+        let (here, bytes) = self.slot(terms, line, 0)?;
+        let place = &self.question.places.lines[line as usize];
+        let len = i128::from(place.len);
+        let before = terms.clamp(before, (0, len - 1))?;
+        let slots = (0, len - 1);
+        terms.declare(Some(slots));
+        let now = self.in_state(terms, place.ring)?;
+        terms.learn(now, slots)?;
+        let back = terms.plus(before, 1)?;
+        let slot = terms.sub(now, back)?;
+        let (is_there, zero) = (terms.at_least(slot, 0)?, terms.constant(0));
+        let all = terms.constant(len);
+        let around = terms.select(is_there, zero, all)?;
+        let rows = terms.sub(around, back)?;
+        let address = terms.add_scaled(here, rows, place.row.into())?;
         Ok((address, bytes))
     }
 

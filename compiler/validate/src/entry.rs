@@ -190,9 +190,10 @@ fn keeps_constants(question: &Question, terms: &mut Terms, machine: &Machine) ->
     let places = question.places;
     let state = terms.of(Kind::Base(Base::State));
     let lives = &places.lives[..question.modes.kernel.lives.len()];
-    let pointers = places.lines.iter().flat_map(|line| line.pointers.values());
+    let lines = places.lines.iter();
+    let of_lines = lines.flat_map(|line| line.pointers.values().chain([&line.ring]));
     let kept = lives.iter().chain([&places.tick, &places.row]);
-    let kept: Vec<i128> = kept.chain(pointers).map(|at| (*at).into()).collect();
+    let kept: Vec<i128> = kept.chain(of_lines).map(|at| (*at).into()).collect();
     for held in machine.memory.changed(terms)? {
         let at = held.address.at;
         let is_kept = at >= places.literals.into() || kept.contains(&at);

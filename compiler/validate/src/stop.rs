@@ -11,8 +11,6 @@ pub enum Reason {
     Divisions,
     /// Strings: the operator `wave`.
     Strings,
-    /// A delay line that is read at an index: the operator `delay_at`.
-    DelayLines,
     /// Two values that could not be shown to be one.
     Values,
     /// Places in memory of which it is not known whether they are one.
@@ -33,7 +31,6 @@ impl Reason {
         match self {
             Reason::Divisions => "divisions",
             Reason::Strings => "strings",
-            Reason::DelayLines => "delay lines",
             Reason::Values => "values",
             Reason::Places => "places",
             Reason::Code => "code",
