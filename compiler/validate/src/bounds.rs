@@ -23,7 +23,7 @@ const FAR: i128 = 1 << 120;
 pub(crate) const WORD: Interval = (-(1 << 31), (1 << 31) - 1);
 
 /// What is known.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Known {
     /// By primitive: on this path.
     facts: FxHashMap<Term, Interval>,

@@ -66,7 +66,15 @@ pub(crate) fn all_cases<T>(
         let assumed = case
             .iter()
             .try_for_each(|(asks, holds)| terms.assume(*asks, *holds));
-        match assumed.and_then(|()| run(terms)) {
+        let told = assumed.and_then(|()| run(terms));
+        let mut case = case;
+        for (asks, side) in std::mem::take(&mut terms.taken) {
+            let mut other = case.clone();
+            other.push((asks, !side));
+            left.push(other);
+            case.push((asks, side));
+        }
+        match told {
             Ok(result) => results.push(result),
             Err(Stop::Impossible) => {}
             Err(Stop::Unproven(doubt)) => return Err(doubt),
@@ -87,6 +95,17 @@ pub(crate) fn all_cases<T>(
         return Err(Doubt::new(Reason::Values, "nothing can come here"));
     }
     Ok(results)
+}
+
+/// A run that goes on with one side of whatever must be known; `all_cases` sees to the other.
+pub(crate) fn on_one_side<T>(
+    terms: &mut Terms,
+    run: impl FnOnce(&mut Terms) -> Told<T>,
+) -> Told<T> {
+    terms.takes_sides = true;
+    let told = run(terms);
+    terms.takes_sides = false;
+    told
 }
 
 /// One case of a mode. What a run learns makes the terms of the next one simpler.
@@ -113,7 +132,7 @@ pub(crate) fn run_case(
 ) -> Told<Used> {
     // The first run learns what is known on this path, which makes the terms of the second simpler.
     let kernel = &question.modes.modes[mode];
-    run_mode(question, terms, kernel)?;
+    on_one_side(terms, |terms| run_mode(question, terms, kernel))?;
     terms.known.refresh();
     let (mut wanted, next) = run_mode(question, terms, kernel)?;
     // The first word of a record is the address of the code of the key's mode.

@@ -3,7 +3,7 @@
 use whippen_isa::reg::SP;
 
 use crate::Verdict;
-use crate::check::{ROLES, Start, all_cases, differ};
+use crate::check::{ROLES, Start, all_cases, differ, on_one_side};
 use crate::kernel::run_shared;
 use crate::machine::Machine;
 use crate::memory::Memory;
@@ -141,7 +141,7 @@ fn registers_of(terms: &mut Terms, left: &[Left], replaced: &[(Term, Term)]) -> 
 
 fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
     let places = question.places;
-    run_shared(question, terms, question.shared)?;
+    on_one_side(terms, |terms| run_shared(question, terms, question.shared))?;
     terms.known.refresh();
     let wanted = run_shared(question, terms, question.shared)?;
     let mut machine = Machine::new(question, terms, question.symbols.tick);

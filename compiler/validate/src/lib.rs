@@ -56,7 +56,7 @@ use std::fmt;
 use whippen_isa::Arch;
 use whippen_modes::ModeId;
 
-use check::{Used, all_cases, check_case};
+use check::{Start, Used, all_cases, check_case};
 use sample::{refute, refute_shared};
 use stop::Doubt;
 use term::Terms;
@@ -140,7 +140,8 @@ pub fn validate(question: &Question) -> Report {
     }
     let (entry, shared) = validate_entry(question);
     let ids: Vec<ModeId> = question.modes.modes.ids().collect();
-    let checked = parallel::map(ids, |mode| check_mode(question, mode));
+    let begun = begin(question);
+    let checked = parallel::map(ids, |mode| check_mode(question, &begun, mode));
     let (mut modes, used): (Vec<Verdict>, Vec<Used>) = checked.into_iter().unzip();
     refuse_clobbered(&mut modes, &used);
     Report {
@@ -194,17 +195,27 @@ fn unproven_entry() -> Verdict {
 /// Compares the code of one mode with the mode, without what modes leave to each other in
 /// registers.
 pub fn validate_mode(question: &Question, mode: ModeId) -> Verdict {
-    check_mode(question, mode).0
+    check_mode(question, &begin(question), mode).0
 }
 
-/// One mode, with terms of its own.
-fn check_mode(question: &Question, mode: ModeId) -> (Verdict, Used) {
+/// What modes begin with, and the terms of that; none where the entry is unproven.
+fn begin(question: &Question) -> Option<(Terms, Start)> {
     let mut terms = entry::terms(question);
-    let start = match entry::check_entry(question, &mut terms) {
-        Ok((start, _)) => start,
-        Err(_) => return (unproven_entry(), Used::default()),
+    let (start, _) = entry::check_entry(question, &mut terms).ok()?;
+    Some((terms, start))
+}
+
+/// One mode, with terms of its own, so that no verdict depends on another mode.
+fn check_mode(
+    question: &Question,
+    begun: &Option<(Terms, Start)>,
+    mode: ModeId,
+) -> (Verdict, Used) {
+    let Some((terms, start)) = begun else {
+        return (unproven_entry(), Used::default());
     };
-    let run = |terms: &mut Terms| check_case(question, terms, mode, &start);
+    let mut terms = terms.clone();
+    let run = |terms: &mut Terms| check_case(question, terms, mode, start);
     match all_cases(&mut terms, CASES_MAX, run) {
         Err(doubt) => {
             let refuted = refute(question, &mut terms, mode);

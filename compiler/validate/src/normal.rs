@@ -391,7 +391,14 @@ impl Terms {
         let truth = self.settle(truth);
         match (truth.settled(), self.truths.split(truth)) {
             (Some(holds), _) => Ok(holds),
-            (None, Some((variable, ..))) => Err(Stop::Split(variable)),
+            (None, Some((variable, ..))) => {
+                if !self.takes_sides {
+                    return Err(Stop::Split(variable));
+                }
+                self.taken.push((variable, true));
+                self.assume(variable, true)?;
+                self.decide(truth)
+            }
             (None, None) => Err(Stop::Impossible),
         }
     }

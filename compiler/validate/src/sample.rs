@@ -25,6 +25,7 @@ use crate::term::{Base, Kind, Term, Terms};
 const TICKS: u64 = 96;
 
 /// The bytes that a run with numbers has found.
+#[derive(Clone)]
 pub(crate) struct Sample {
     rng: Rng,
     bytes: FxHashMap<Address, u8>,
