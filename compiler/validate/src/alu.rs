@@ -5,7 +5,7 @@ use whippen_isa::{Inst, Op, ShiftType};
 
 use crate::machine::{Flags, Machine};
 use crate::stop::{Told, unproven};
-use crate::term::{Function, Kind, Term, Terms};
+use crate::term::{Function, Term, Terms};
 
 /// A second operand, and the carry of its shift, where it gives one.
 type Operand = (Term, Option<Term>);
@@ -116,7 +116,7 @@ impl Machine<'_> {
             Op::LSR_register => Function::ShiftRight,
             _ => Function::ShiftRightSigned,
         };
-        Ok((terms.of(Kind::Apply(function, vec![n, m])), None))
+        Ok((terms.apply(function, vec![n, m]), None))
     }
 
     fn is_register(inst: &Inst) -> bool {
@@ -268,6 +268,8 @@ pub(crate) fn shift(terms: &mut Terms, m: Term, kind: ShiftType, by: u32) -> Tol
         }
         ShiftType::ASR => {
             let down = terms.floor(m, by)?;
+            let half = 1 << (31 - by.min(31));
+            terms.learn_always(down, (-half, half - 1));
             Ok((down, Some(bit_of(terms, by.min(32) - 1)?)))
         }
         ShiftType::ROR => {
@@ -346,7 +348,7 @@ fn and(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     Ok(commuting(terms, Function::And, [n, m]))
 }
 
-fn or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
+pub(crate) fn or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     let all = terms.constant(-1);
     for (a, b) in [(n, m), (m, n)] {
         if let Some(none) = mask(terms, b)? {
@@ -387,5 +389,5 @@ pub(crate) fn exclusive_or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
 /// What is the same whichever operand comes first.
 fn commuting(terms: &mut Terms, function: Function, mut both: [Term; 2]) -> Term {
     both.sort();
-    terms.of(Kind::Apply(function, both.to_vec()))
+    terms.apply(function, both.to_vec())
 }

@@ -2,6 +2,7 @@
 
 use whippen_kernel::{Inst, Op, Range, Type, Value};
 
+use crate::bounds::Interval;
 use crate::kernel::{KernelRun, Number};
 use crate::stop::{Reason, Told, unproven, unproven_as};
 use crate::term::{Base, Kind, Term, Terms};
@@ -14,12 +15,17 @@ impl KernelRun<'_> {
             (low.into(), high.into())
         });
         terms.declare(declared);
-        let read = self.read_or_write(terms, inst);
+        let read = self.read_or_write(terms, inst, declared);
         terms.declare(None);
         read
     }
 
-    fn read_or_write(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Option<Number>> {
+    fn read_or_write(
+        &mut self,
+        terms: &mut Terms,
+        inst: &Inst,
+        declared: Option<Interval>,
+    ) -> Told<Option<Number>> {
         let t = terms;
         let places = self.question.places;
         let args = &inst.args;
@@ -47,6 +53,7 @@ impl KernelRun<'_> {
             Op::DelayAt(line) => {
                 let before = self.whole(t, args[0])?;
                 let (address, bytes) = self.slot_before(t, line, before)?;
+                t.declare(declared);
                 self.memory.load(t, address, bytes)?
             }
             Op::Lookup(table, column) => {

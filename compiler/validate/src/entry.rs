@@ -36,6 +36,8 @@ pub(crate) fn terms(question: &Question) -> Terms {
         let address = state_word(&mut terms, *at);
         terms.pointers.extend(address);
     }
+    addresses_of_slots(question, &mut terms);
+    ranges_of_state(question, &mut terms);
     if places.number.is_some() {
         let address = state_word(&mut terms, places.next_event);
         if let Ok(address) = address {
@@ -44,6 +46,37 @@ pub(crate) fn terms(question: &Question) -> Terms {
         }
     }
     terms
+}
+
+/// A pointer and HISTORY make the address of a slot, modulo 2^32; it is taken as the sum.
+fn addresses_of_slots(question: &Question, terms: &mut Terms) {
+    let history = terms.of(Kind::Base(Base::History));
+    for line in &question.places.lines {
+        for at in line.pointers.values() {
+            let Ok(address) = state_word(terms, *at) else {
+                continue;
+            };
+            let pointer = terms.of(Kind::Load(address, 4));
+            if let Ok(slot) = terms.add_scaled(pointer, history, 1 << line.scale) {
+                terms.learn_always(slot, ADDRESSES);
+            }
+        }
+    }
+}
+
+/// What the Kernel declares of live values, and slots' numbers: the entry computes with them too.
+fn ranges_of_state(question: &Question, terms: &mut Terms) {
+    let places = question.places;
+    let lives = places.lives.iter().zip(&question.modes.kernel.lives);
+    let lives = lives.map(|(at, live)| (*at, (live.range.low.into(), live.range.high.into())));
+    let rings = places.lines.iter();
+    let rings = rings.map(|line| (line.ring, (0, i128::from(line.len) - 1)));
+    for (at, range) in lives.chain(rings) {
+        if let Ok(address) = state_word(terms, at) {
+            let word = terms.of(Kind::Load(address, 4));
+            terms.learn_always(word, range);
+        }
+    }
 }
 
 fn state_word(terms: &mut Terms, at: u32) -> Told<Term> {

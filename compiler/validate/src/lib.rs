@@ -14,11 +14,11 @@
 //! | part | what it settles |
 //! | --- | --- |
 //! | [`places`] | the question: modes, bytes, and where the state keeps what |
-//! | `term`, `normal` | terms and their normal forms |
+//! | `term`, `normal`, `apply` | terms and their normal forms |
 //! | `truth` | comparisons, as decision diagrams |
 //! | `bounds` | what is known of a term in a case |
 //! | `memory` | loads and stores by address |
-//! | `kernel`, `effects`, `quotient` | the run of a mode |
+//! | `kernel`, `effects`, `quotient`, `divide` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
 //! | `check`, `entry` | the comparison of modes, and of the tick's entry |
 //! | `sample` | what is not shown is tried with numbers: whether it is wrong |
@@ -29,8 +29,10 @@
 
 mod access;
 mod alu;
+mod apply;
 mod bounds;
 mod check;
+mod divide;
 mod effects;
 mod entry;
 mod kernel;
@@ -63,7 +65,7 @@ use term::Terms;
 use whippen_deterministic::parallel;
 
 /// Cases of a mode, at most.
-const CASES_MAX: usize = 20_000;
+const CASES_MAX: usize = 4_000;
 
 /// What is known of a piece of code.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -15,7 +15,7 @@ use whippen_kernel::{Inst, Range};
 use crate::alu::{exclusive_or, shift};
 use crate::kernel::KernelRun;
 use crate::stop::Told;
-use crate::term::{Function, Kind, Term, Terms};
+use crate::term::{Function, Term, Terms};
 
 /// By how many bits the quotient is moved up before it is moved down.
 const UP: u32 = 15;
@@ -28,16 +28,15 @@ impl KernelRun<'_> {
     pub(crate) fn quotient(&self, terms: &mut Terms, inst: &Inst, n: u8) -> Told<Term> {
         let [dividend, divisor] = [0, 1].map(|at| inst.args[at]);
         let (a, b) = (self.whole(terms, dividend)?, self.whole(terms, divisor)?);
-        let apply = |terms: &mut Terms, function, args| terms.of(Kind::Apply(function, args));
         let twice = terms.scale(a, 2)?;
         let twice = terms.word(twice)?;
         let changes = exclusive_or(terms, a, twice)?;
-        let up = apply(terms, Function::LeadingZeros, vec![changes]);
-        let up_divisor = apply(terms, Function::LeadingZeros, vec![b]);
-        let x = apply(terms, Function::ShiftLeft, vec![a, up]);
-        let y = apply(terms, Function::ShiftLeft, vec![b, up_divisor]);
+        let up = terms.apply(Function::LeadingZeros, vec![changes]);
+        let up_divisor = terms.apply(Function::LeadingZeros, vec![b]);
+        let x = terms.apply(Function::ShiftLeft, vec![a, up]);
+        let y = terms.apply(Function::ShiftLeft, vec![b, up_divisor]);
         let (y, _) = shift(terms, y, ShiftType::LSR, 16)?;
-        let quotient = apply(terms, Function::DivideSigned, vec![x, y]);
+        let quotient = terms.apply(Function::DivideSigned, vec![x, y]);
         let top = terms.scale(quotient, 1 << UP)?;
         let top = terms.word(top)?;
         let down = terms.sub(up, up_divisor)?;
@@ -48,7 +47,7 @@ impl KernelRun<'_> {
             // Moved by more than 31 a word is its sign.
             down = terms.clamp(down, (0, 31))?;
         }
-        let mut word = apply(terms, Function::ShiftRightSigned, vec![top, down]);
+        let mut word = terms.apply(Function::ShiftRightSigned, vec![top, down]);
         if is_large {
             word = terms.clamp(word, HELD)?;
         }

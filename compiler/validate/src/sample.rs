@@ -74,9 +74,16 @@ impl Terms {
 
     fn sampled(&mut self, address: Term, bytes: u8) -> Option<i128> {
         let place = self.address(address);
+        let load = self.of(Kind::Load(address, bytes));
+        let always = (bytes <= 4).then(|| self.bounds(load));
         let is_pointer = self.pointers.contains(&address);
+        // Only where all but a base and pointers is a number two places are known to be two.
+        let is_plain = self.sum(place.moving).parts.iter().all(|(atom, _)| {
+            let kind = self.kind(*atom);
+            matches!(kind, Kind::Base(_) | Kind::Load(..))
+        });
         let sample = self.sample.as_mut()?;
-        if is_pointer || sample.kept.contains(&address) {
+        if is_pointer || !is_plain || sample.kept.contains(&address) {
             return None;
         }
         let all = match bytes {
@@ -87,6 +94,7 @@ impl Terms {
         let of = [
             sample.assumed.get(&(address, bytes)).copied(),
             sample.declared,
+            always,
         ];
         let range = of.into_iter().flatten().fold(all, |range, more| {
             let both = meet(range, more);
