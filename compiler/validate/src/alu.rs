@@ -268,8 +268,6 @@ pub(crate) fn shift(terms: &mut Terms, m: Term, kind: ShiftType, by: u32) -> Tol
         }
         ShiftType::ASR => {
             let down = terms.floor(m, by)?;
-            let half = 1 << (31 - by.min(31));
-            terms.learn_always(down, (-half, half - 1));
             Ok((down, Some(bit_of(terms, by.min(32) - 1)?)))
         }
         ShiftType::ROR => {

@@ -103,7 +103,9 @@ impl Terms {
         let parts = self.sum(primitive).parts.clone();
         let mut all = (0, 0);
         for (atom, by) in &parts {
-            let (low, high) = scaled(self.bounds_of_atom(*atom), *by);
+            let single = self.single(*atom);
+            let own = self.bounds_of_atom(*atom);
+            let (low, high) = scaled(self.met_with_facts(single, own), *by);
             all = ((all.0 + low).max(-FAR), (all.1 + high).min(FAR));
         }
         all = self.met_with_facts(primitive, all);
