@@ -400,7 +400,9 @@ fn an_image_with_a_fault_is_refuted() {
     assert_eq!(validate_image(&built.whole, &instruments).refuted(), None);
     let from = questions(&built.whole, &instruments)[0].code_of_mode(ModeId(0));
     let arch = built.whole.image.arch;
-    let placed = instructions(&code, arch, from, from + 100);
+    let symbols = built.whole.image.symbols.iter();
+    let behind = symbols.map(|symbol| symbol.address).filter(|at| *at > from);
+    let placed = instructions(&code, arch, from, behind.min().expect("there is more"));
     let all = questions(&built.whole, &instruments);
     let is_missed = |(at, _, inst): &&Placed| {
         let mut faulty = code.clone();
