@@ -53,6 +53,7 @@ mod tune;
 mod unseen;
 #[cfg(target_family = "wasm")]
 mod unwatched;
+mod validated;
 #[cfg(not(target_family = "wasm"))]
 mod watch;
 

@@ -4,25 +4,179 @@
 //! What is taken from the compiler is where things are (symbols, the layout of the state) and what
 //! is computed at a tick's entry; whether the bytes do it is the question.
 
+use std::collections::BTreeMap;
+use std::fmt;
+
 use whippen_arm::image::SectionKind;
 use whippen_arm::thumb::{SharedValues, StateLayout, shared_values};
-use whippen_firmware::{FirmwareImage, Instrument};
+use whippen_firmware::{FirmwareImage, Instrument, Role};
+use whippen_keyboard::{InstrumentId, ProgramId};
 use whippen_modes::{ModeId, Modes};
-use whippen_validate::{Code, LinePlace, Places, Question, Report, Shared, Symbols, validate};
+use whippen_validate::{Code, LinePlace, Places, Question, Reason, Report, Shared, Symbols};
+use whippen_validate::{Verdict, validate};
 
-/// What is known of the code of keys of one zone on one core.
+/// An address at which there is nothing.
+const NOWHERE: u32 = u32::MAX - 1;
+
+/// What is known of the code of an image.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Validation {
+    /// Each zone of each core in each program; of an instrument in parts, each part.
+    pub zones: Vec<ZoneReport>,
+}
+
+/// What is known of the code of keys of one zone on one core, or of a part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ZoneReport {
     /// The prefix of its symbols.
     pub name: String,
+    /// While which program it runs.
+    pub program: ProgramId,
+    /// What it is of.
+    pub instrument: InstrumentId,
+    /// What it is of an instrument in parts, but for the tail.
+    pub part: Option<Role>,
     /// Each piece.
     pub report: Report,
+}
+
+/// A mode whose code is not validated.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NotValidated<'a> {
+    /// Whose it is.
+    pub zone: &'a ZoneReport,
+    /// Its number.
+    pub mode: ModeId,
+    /// The kind of reason.
+    pub reason: Reason,
+    /// Why.
+    pub why: String,
+}
+
+impl Validation {
+    /// While one program plays.
+    pub fn of_program(&self, program: ProgramId) -> Validation {
+        let zones = self.zones.iter().filter(|zone| zone.program == program);
+        Validation {
+            zones: zones.cloned().collect(),
+        }
+    }
+
+    /// How many modes there are; equal ones of several cores count for each.
+    pub fn modes(&self) -> usize {
+        self.zones.iter().map(|zone| zone.report.modes.len()).sum()
+    }
+
+    /// Every mode that is not validated.
+    pub fn not_validated(&self) -> Vec<NotValidated<'_>> {
+        self.zones
+            .iter()
+            .flat_map(ZoneReport::not_validated)
+            .collect()
+    }
+
+    /// The first piece of code that does something else than it should; there is none but for a
+    /// defect.
+    pub fn refuted(&self) -> Option<String> {
+        self.zones.iter().find_map(ZoneReport::refuted)
+    }
+}
+
+impl fmt::Display for Validation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (all, not) = (self.modes(), self.not_validated());
+        write!(f, "validated: {} of {all} modes", all - not.len())?;
+        if not.is_empty() {
+            return Ok(());
+        }
+        let mut counts: BTreeMap<Reason, usize> = BTreeMap::new();
+        for one in &not {
+            *counts.entry(one.reason).or_default() += 1;
+        }
+        let counts: Vec<String> = counts
+            .iter()
+            .map(|(reason, count)| format!("{reason} {count}"))
+            .collect();
+        write!(f, "; not validated: {} ({})", not.len(), counts.join(", "))
+    }
+}
+
+impl ZoneReport {
+    /// The symbol of a mode, as map and listing have it.
+    pub fn symbol(&self, mode: ModeId) -> String {
+        format!("{}.mode.{}", self.name, mode.0)
+    }
+
+    /// A mode may read any table and any word that the entry computes, so it is not validated where
+    /// one of these is not.
+    fn not_validated(&self) -> Vec<NotValidated<'_>> {
+        let shared = self.report.shared.iter().enumerate();
+        let mut shared = shared.filter_map(|(word, verdict)| match verdict {
+            Verdict::Unproven { reason, why } => {
+                Some((*reason, format!("word {word} of the tick's entry: {why}")))
+            }
+            _ => None,
+        });
+        let tables = match &self.report.tables {
+            Verdict::Unproven { reason, why } => Some((*reason, why.clone())),
+            _ => None,
+        };
+        let of_entry = tables.or_else(|| shared.next());
+        let of_mode = |(mode, verdict): (usize, &Verdict)| {
+            let (reason, why) = match verdict {
+                Verdict::Unproven { reason, why } => (*reason, why.clone()),
+                Verdict::Refuted { .. } => return None,
+                Verdict::Validated { .. } => of_entry.clone()?,
+            };
+            Some(NotValidated {
+                zone: self,
+                mode: ModeId(mode as u32),
+                reason,
+                why,
+            })
+        };
+        self.report
+            .modes
+            .iter()
+            .enumerate()
+            .filter_map(of_mode)
+            .collect()
+    }
+
+    fn refuted(&self) -> Option<String> {
+        let why = |what: String, verdict: &Verdict| match verdict {
+            Verdict::Refuted { why } => Some(format!("{what} of {}: {why}", self.name)),
+            _ => None,
+        };
+        let report = &self.report;
+        let words = report.shared.iter().enumerate();
+        let modes = report.modes.iter().enumerate();
+        let tables = why("the tables".to_string(), &report.tables);
+        let words = words.map(|(word, own)| why(format!("word {word} of the entry"), own));
+        let modes = modes.map(|(mode, own)| why(format!("mode {mode}"), own));
+        tables
+            .into_iter()
+            .chain(words.flatten())
+            .chain(modes.flatten())
+            .next()
+    }
+}
+
+/// What a piece of code belongs to.
+#[derive(Clone, Copy)]
+struct Of {
+    program: ProgramId,
+    instrument: InstrumentId,
+    part: Option<Role>,
 }
 
 /// Everything that a question is made of.
 pub struct Asked<'a> {
     /// The prefix of its symbols.
     pub name: String,
+    program: ProgramId,
+    instrument: InstrumentId,
+    part: Option<Role>,
     modes: &'a Modes,
     shared: Shared,
     symbols: Symbols,
@@ -30,22 +184,26 @@ pub struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
-    /// About the keys whose symbols begin with a name; none where the image lacks one of them.
+    /// About the keys, or the part, whose symbols begin with a name.
     fn new(
         image: &FirmwareImage,
+        of: Of,
         name: &str,
         layout: &StateLayout,
         modes: &'a Modes,
-    ) -> Option<Self> {
+    ) -> Self {
         let shares = layout.live_param(modes.kernel.lives.len()).is_some();
         let shared = if shares {
             shared_values(modes)
         } else {
             SharedValues::default()
         };
-        Some(Asked {
+        Asked {
             name: name.to_string(),
-            symbols: symbols(image, name, modes)?,
+            program: of.program,
+            instrument: of.instrument,
+            part: of.part,
+            symbols: symbols(image, name, modes),
             places: places(layout, modes),
             shared: Shared {
                 values: shared.values,
@@ -53,7 +211,7 @@ impl<'a> Asked<'a> {
                 results: shared.results,
             },
             modes,
-        })
+        }
     }
 
     /// The question to these bytes.
@@ -95,51 +253,75 @@ pub fn code_of(image: &FirmwareImage) -> Code {
     }
 }
 
-/// What can be asked of an image: each zone of each core in each program. Equal code of several
-/// keyboards is asked of once for each.
-pub fn questions<'a>(image: &FirmwareImage, instruments: &'a [Instrument<'a>]) -> Vec<Asked<'a>> {
+/// What can be asked of an image: each zone of each core in each program, and each part. Equal code
+/// of several keyboards is asked of once for each.
+pub fn questions<'a>(
+    image: &'a FirmwareImage,
+    instruments: &'a [Instrument<'a>],
+) -> Vec<Asked<'a>> {
     let mut all = Vec::new();
-    for program in &image.programs {
-        for core in program.cores.iter().filter(|core| core.cut.is_none()) {
-            for zone in &core.zones {
-                let modes = instruments[program.instrument_of(zone).index()].modes;
-                all.extend(Asked::new(image, &zone.name, zone.layout(), modes));
+    for (number, program) in (0..).zip(&image.programs) {
+        for core in &program.cores {
+            let parts = core.cut.iter().flat_map(|cut| {
+                let parts = cut.parts.iter().zip(&cut.modes);
+                parts.map(|(part, modes)| (&part.name, &part.built.layout, modes, Some(part.role)))
+            });
+            let tail = core.cut.as_ref().and_then(|cut| cut.modes.last());
+            let zones = core.zones.iter().map(|zone| {
+                let whole = instruments[program.instrument_of(zone).index()].modes;
+                (&zone.name, zone.layout(), tail.unwrap_or(whole), None)
+            });
+            let Some(first) = core.zones.first() else {
+                continue;
+            };
+            for (at, (name, layout, modes, part)) in zones.chain(parts).enumerate() {
+                let zone = core.zones.get(at).unwrap_or(first);
+                let of = Of {
+                    program: ProgramId(number),
+                    instrument: program.instrument_of(zone),
+                    part,
+                };
+                all.push(Asked::new(image, of, name, layout, modes));
             }
         }
     }
     all
 }
 
-/// Validates everything in an image that can be asked of.
-pub fn validate_image(image: &FirmwareImage, instruments: &[Instrument]) -> Vec<ZoneReport> {
+/// Validates everything in an image.
+pub fn validate_image(image: &FirmwareImage, instruments: &[Instrument]) -> Validation {
     let code = code_of(image);
     let questions = questions(image, instruments);
     let report = |asked: &Asked| ZoneReport {
         name: asked.name.clone(),
+        program: asked.program,
+        instrument: asked.instrument,
+        part: asked.part,
         report: validate(&asked.question(image, &code)),
     };
-    questions.iter().map(report).collect()
+    Validation {
+        zones: questions.iter().map(report).collect(),
+    }
 }
 
-fn symbols(image: &FirmwareImage, name: &str, modes: &Modes) -> Option<Symbols> {
+/// Where what begins; what the image does not name begins where there is no code.
+fn symbols(image: &FirmwareImage, name: &str, modes: &Modes) -> Symbols {
     let address = |of: String| {
-        let symbols = image.image.symbols.iter();
-        symbols
-            .clone()
-            .find(|symbol| symbol.name == of)
-            .map(|symbol| symbol.address)
+        let mut symbols = image.image.symbols.iter();
+        let found = symbols.find(|symbol| symbol.name == of);
+        found.map_or(NOWHERE, |symbol| symbol.address)
     };
     let numbered = |what: &str, count: usize| {
         let all = (0..count).map(|number| address(format!("{name}.{what}.{number}")));
-        all.collect::<Option<Vec<u32>>>()
+        all.collect::<Vec<u32>>()
     };
-    Some(Symbols {
-        tick: address(format!("{name}_tick"))?,
-        modes: numbered("mode", modes.modes.len())?,
-        end: address(format!("{name}.end"))?,
-        tables: numbered("table", modes.kernel.tables.len())?,
-        state: address(format!("{name}_state"))?,
-    })
+    Symbols {
+        tick: address(format!("{name}_tick")),
+        modes: numbered("mode", modes.modes.len()),
+        end: address(format!("{name}.end")),
+        tables: numbered("table", modes.kernel.tables.len()),
+        state: address(format!("{name}_state")),
+    }
 }
 
 fn places(layout: &StateLayout, modes: &Modes) -> Places {
@@ -152,6 +334,8 @@ fn places(layout: &StateLayout, modes: &Modes) -> Places {
         scale: line.scale,
         pointers: line.pointers,
         len: line.len,
+        row: line.row,
+        ring: line.ring,
     });
     let cells = (0..kernel.cells.len()).filter_map(|cell| in_record(layout.cell(0, cell)));
     let keyed = (0..kernel.keyed.len()).filter_map(|keyed| in_record(layout.keyed(0, keyed)));

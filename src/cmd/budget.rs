@@ -42,6 +42,9 @@ pub struct Args {
     /// Also write the worst-case path through a key as assembly, for other judges of its cycles
     #[arg(long, value_name = "FILE.s", value_hint = ValueHint::FilePath)]
     path: Option<PathBuf>,
+    /// Also say of which modes the bytes are shown to do what the modes say, as `build` does
+    #[arg(long)]
+    validate: bool,
     #[command(flatten)]
     beyond: BeyondArgs,
     /// Also write a page: cores and modes as bars, the map of stability, the current over time
@@ -104,7 +107,11 @@ fn prove<'a>(
     let instruments = setup.image_instruments()?;
     let proofs = chips.iter().map(|chip| {
         let own = chip.with_own_keys(&instruments);
-        ImageProof::wanted(chip, &own, args.most_keys)
+        let (mut proof, most) = ImageProof::wanted(chip, &own, args.most_keys)?;
+        if args.validate {
+            proof.validate(&own)?;
+        }
+        Ok((proof, most))
     });
     proofs.collect()
 }

@@ -7,12 +7,14 @@ use whippen_compiler::budget::{Budget, Program as Bytes};
 use whippen_compiler::deadline_diagnostic::deadline_diagnostic;
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::FirmwareImage;
+use whippen_compiler::keyboard::ProgramId;
 use whippen_compiler::pipeline::{self, unobserved};
 use whippen_runtime::image::ImageInstrument;
 
 pub use self::program::{ProgramReport, ZoneReport};
 use super::own_firmware::Unbounded;
 use super::setup::ImageSetup;
+use super::validated::Validated;
 use super::{load, progress};
 use crate::exit::{Failure, Outcome};
 use crate::say::tell;
@@ -82,6 +84,8 @@ pub struct ImageProof<'a> {
     pub keys: u32,
     /// While it plays each of its programs.
     pub programs: Vec<ProgramReport<'a>>,
+    /// What is known of its code, where somebody asked.
+    pub validated: Option<Validated>,
 }
 
 impl<'a> ImageProof<'a> {
@@ -130,7 +134,8 @@ impl<'a> ImageProof<'a> {
             pipeline::prove(&image, &setup.board, rate_hz, &mut unobserved)
         });
         let proof = proof.map_err(|error| Unbounded::new(error, setup.own_texts(), &image))?;
-        let all = setup.layout.programs.iter().zip(proof.programs);
+        let numbered = (0..).map(ProgramId).zip(&setup.layout.programs);
+        let all = numbered.zip(proof.programs);
         let programs =
             all.map(|(program, proof)| ProgramReport::new(setup, instruments, program, proof));
         Ok(Self {
@@ -139,7 +144,18 @@ impl<'a> ImageProof<'a> {
             bytes: proof.bytes,
             image,
             keys,
+            validated: None,
         })
+    }
+
+    /// Validates the code of the image.
+    ///
+    /// # Errors
+    /// It is refuted.
+    pub fn validate(&mut self, instruments: &[ImageInstrument]) -> Outcome {
+        let validated = Validated::of(self.setup, &self.image, instruments)?;
+        self.validated = Some(validated);
+        Ok(())
     }
 
     /// The image of as many keys as fit; of the fewest where none fit.

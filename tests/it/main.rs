@@ -70,6 +70,7 @@ mod study;
 mod sweep;
 mod tables;
 mod told;
+mod validated;
 mod vibrating;
 mod web;
 mod zones;

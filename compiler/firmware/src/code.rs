@@ -292,7 +292,7 @@ impl KeysCompiler<'_> {
             of,
             first_on_core: core.offset_of(&of),
         };
-        let cut = Cut::new(parts, &in_parts.parts);
+        let cut = Cut::new(parts, in_parts);
         parts::check(&cut, &zone)?;
         Ok(CoreCode {
             name,

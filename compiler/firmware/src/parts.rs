@@ -49,6 +49,8 @@ pub struct PartCode {
 pub struct Cut {
     /// All parts but the tail, in their order.
     pub parts: Vec<PartCode>,
+    /// The modes of all of them, by number; the tail's are the last.
+    pub modes: Vec<Modes>,
     /// All of them, by number.
     of: Parts,
 }
@@ -125,9 +127,12 @@ pub(super) fn part_name(core: usize, part: usize) -> String {
 
 impl Cut {
     /// What is cut so.
-    pub(super) fn new(parts: Vec<PartCode>, of: &Parts) -> Cut {
-        let of = of.clone();
-        Cut { parts, of }
+    pub(super) fn new(parts: Vec<PartCode>, of: &InParts) -> Cut {
+        Cut {
+            parts,
+            modes: of.modes.clone(),
+            of: of.parts.clone(),
+        }
     }
 
     /// Whether core 1 has a part.

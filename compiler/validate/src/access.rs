@@ -155,6 +155,12 @@ impl Machine<'_> {
 
     /// What an address holds; of constants, what the image says.
     fn load(&mut self, terms: &mut Terms, address: Term, bytes: u8) -> Told<Term> {
+        if terms.is_sampling()
+            && bytes == 4
+            && let Some(word) = self.constant_at(terms, address)?
+        {
+            return Ok(terms.constant(i128::from(word as i32)));
+        }
         let found = self.memory.load(terms, address, bytes)?;
         let is_old = terms
             .only_atom(found)

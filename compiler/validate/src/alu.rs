@@ -5,7 +5,7 @@ use whippen_isa::{Inst, Op, ShiftType};
 
 use crate::machine::{Flags, Machine};
 use crate::stop::{Told, unproven};
-use crate::term::{Function, Kind, Term, Terms};
+use crate::term::{Function, Term, Terms};
 
 /// A second operand, and the carry of its shift, where it gives one.
 type Operand = (Term, Option<Term>);
@@ -108,14 +108,15 @@ impl Machine<'_> {
             };
         }
         if inst.s {
-            return unproven("the carry of a shift by a register");
+            // The carry is not known; whoever asks for it is not followed.
+            (self.flags.carry, self.flags.unsigned) = (None, None);
         }
         let function = match inst.op() {
             Op::LSL_register => Function::ShiftLeft,
             Op::LSR_register => Function::ShiftRight,
             _ => Function::ShiftRightSigned,
         };
-        Ok((terms.of(Kind::Apply(function, vec![n, m])), None))
+        Ok((terms.apply(function, vec![n, m]), None))
     }
 
     fn is_register(inst: &Inst) -> bool {
@@ -261,6 +262,7 @@ pub(crate) fn shift(terms: &mut Terms, m: Term, kind: ShiftType, by: u32) -> Tol
         ShiftType::LSR => {
             let unsigned = terms.unsigned(m)?;
             let down = terms.floor(unsigned, by)?;
+            terms.learn_always(down, (0, (1 << (32 - by.min(32))) - 1));
             let down = terms.word(down)?;
             Ok((down, Some(bit_of(terms, by - 1)?)))
         }
@@ -307,11 +309,24 @@ fn mask(terms: &mut Terms, a: Term) -> Told<Option<crate::truth::Truth>> {
     terms.at_least(a, 0).map(Some)
 }
 
+/// Where a word is 0 or 1: whether it is 1.
+fn bit(terms: &mut Terms, a: Term) -> Told<Option<crate::truth::Truth>> {
+    let (low, high) = terms.bounds(a);
+    if low < 0 || high > 1 {
+        return Ok(None);
+    }
+    terms.at_least(a, 1).map(Some)
+}
+
 fn and(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     let zero = terms.constant(0);
     for (a, b) in [(n, m), (m, n)] {
         if let Some(none) = mask(terms, b)? {
             return terms.select(none, zero, a);
+        }
+        if let Some(one) = bit(terms, b)? {
+            let low = terms.low_bits(a, 1)?;
+            return terms.select(one, low, zero);
         }
         let Some(number) = terms.number(b) else {
             continue;
@@ -331,11 +346,14 @@ fn and(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     Ok(commuting(terms, Function::And, [n, m]))
 }
 
-fn or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
+pub(crate) fn or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     let all = terms.constant(-1);
     for (a, b) in [(n, m), (m, n)] {
         if let Some(none) = mask(terms, b)? {
             return terms.select(none, a, all);
+        }
+        if let (Some(one), Some(_)) = (bit(terms, b)?, bit(terms, a)?) {
+            return terms.select(one, b, a);
         }
         let sum = terms.sum(a);
         let zeros = sum.parts.iter().map(|(_, by)| by.trailing_zeros());
@@ -351,11 +369,16 @@ fn or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     Ok(commuting(terms, Function::Or, [n, m]))
 }
 
-fn exclusive_or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
+pub(crate) fn exclusive_or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     for (a, b) in [(n, m), (m, n)] {
         if let Some(none) = mask(terms, b)? {
             let turned = complement(terms, a)?;
             return terms.select(none, a, turned);
+        }
+        if let (Some(one), Some(_)) = (bit(terms, b)?, bit(terms, a)?) {
+            let negative = terms.scale(a, -1)?;
+            let other = terms.plus(negative, 1)?;
+            return terms.select(one, other, a);
         }
     }
     Ok(commuting(terms, Function::ExclusiveOr, [n, m]))
@@ -364,5 +387,5 @@ fn exclusive_or(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
 /// What is the same whichever operand comes first.
 fn commuting(terms: &mut Terms, function: Function, mut both: [Term; 2]) -> Term {
     both.sort();
-    terms.of(Kind::Apply(function, both.to_vec()))
+    terms.apply(function, both.to_vec())
 }

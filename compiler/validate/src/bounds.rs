@@ -23,7 +23,7 @@ const FAR: i128 = 1 << 120;
 pub(crate) const WORD: Interval = (-(1 << 31), (1 << 31) - 1);
 
 /// What is known.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Known {
     /// By primitive: on this path.
     facts: FxHashMap<Term, Interval>,
@@ -103,7 +103,9 @@ impl Terms {
         let parts = self.sum(primitive).parts.clone();
         let mut all = (0, 0);
         for (atom, by) in &parts {
-            let (low, high) = scaled(self.bounds_of_atom(*atom), *by);
+            let single = self.single(*atom);
+            let own = self.bounds_of_atom(*atom);
+            let (low, high) = scaled(self.met_with_facts(single, own), *by);
             all = ((all.0 + low).max(-FAR), (all.1 + high).min(FAR));
         }
         all = self.met_with_facts(primitive, all);

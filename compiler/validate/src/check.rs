@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use rustc_hash::FxHashSet;
 use whippen_isa::reg::SP;
 use whippen_modes::ModeId;
 
@@ -10,8 +11,8 @@ use crate::kernel::run_mode;
 use crate::machine::Machine;
 use crate::memory::{Address, Held, Memory};
 use crate::places::Question;
-use crate::stop::{Stop, Told, unproven};
-use crate::term::{Base, Kind, Term, Terms};
+use crate::stop::{Doubt, Reason, Stop, Told, unproven_as};
+use crate::term::{Base, Function, Kind, Term, Terms};
 use crate::truth::{Truth, Variable};
 
 /// How often a case is run at most.
@@ -52,26 +53,35 @@ pub(crate) fn all_cases<T>(
     terms: &mut Terms,
     most: usize,
     mut run: impl FnMut(&mut Terms) -> Told<T>,
-) -> Result<Vec<T>, String> {
+) -> Result<Vec<T>, Doubt> {
     let mut left: Vec<Vec<(Variable, bool)>> = vec![Vec::new()];
     let mut results = Vec::new();
     let mut runs = 0;
     while let Some(case) = left.pop() {
         runs += 1;
         if runs > most {
-            return Err(format!("more than {most} cases"));
+            return Err(Doubt::new(Reason::Cases, format!("more than {most} cases")));
         }
         terms.known.forget();
         let assumed = case
             .iter()
             .try_for_each(|(asks, holds)| terms.assume(*asks, *holds));
-        match assumed.and_then(|()| run(terms)) {
+        let told = assumed.and_then(|()| run(terms));
+        let mut case = case;
+        for (asks, side) in std::mem::take(&mut terms.taken) {
+            let mut other = case.clone();
+            other.push((asks, !side));
+            left.push(other);
+            case.push((asks, side));
+        }
+        match told {
             Ok(result) => results.push(result),
             Err(Stop::Impossible) => {}
-            Err(Stop::Unproven(why)) => return Err(why),
+            Err(Stop::Unproven(doubt)) => return Err(doubt),
             Err(Stop::Split(asks)) => {
                 if case.iter().any(|(known, _)| *known == asks) {
-                    return Err("a case that does not settle what it assumes".to_string());
+                    let why = "a case that does not settle what it assumes";
+                    return Err(Doubt::new(Reason::Values, why));
                 }
                 for holds in [false, true] {
                     let mut more = case.clone();
@@ -82,9 +92,20 @@ pub(crate) fn all_cases<T>(
         }
     }
     if results.is_empty() {
-        return Err("nothing can come here".to_string());
+        return Err(Doubt::new(Reason::Values, "nothing can come here"));
     }
     Ok(results)
+}
+
+/// A run that goes on with one side of whatever must be known; `all_cases` sees to the other.
+pub(crate) fn on_one_side<T>(
+    terms: &mut Terms,
+    run: impl FnOnce(&mut Terms) -> Told<T>,
+) -> Told<T> {
+    terms.takes_sides = true;
+    let told = run(terms);
+    terms.takes_sides = false;
+    told
 }
 
 /// One case of a mode. What a run learns makes the terms of the next one simpler.
@@ -103,10 +124,15 @@ pub(crate) fn check_case(
     run_case(question, terms, mode, start)
 }
 
-fn run_case(question: &Question, terms: &mut Terms, mode: ModeId, start: &Start) -> Told<Used> {
+pub(crate) fn run_case(
+    question: &Question,
+    terms: &mut Terms,
+    mode: ModeId,
+    start: &Start,
+) -> Told<Used> {
     // The first run learns what is known on this path, which makes the terms of the second simpler.
     let kernel = &question.modes.modes[mode];
-    run_mode(question, terms, kernel)?;
+    on_one_side(terms, |terms| run_mode(question, terms, kernel))?;
     terms.known.refresh();
     let (mut wanted, next) = run_mode(question, terms, kernel)?;
     // The first word of a record is the address of the code of the key's mode.
@@ -140,7 +166,8 @@ fn compare_end(question: &Question, terms: &mut Terms, machine: &Machine, to: Te
     let next = terms.plus(record, places.record_bytes.into())?;
     let code = terms.of(Kind::Load(next, 4));
     if to != code {
-        return unproven("the code does not go on to that of the next key");
+        let why = "the code does not go on to that of the next key";
+        return differ(terms, to, code, why);
     }
     let steps = [0, places.record_bytes, places.stride, places.history_bytes];
     for ((register, base), step) in ROLES.into_iter().zip(steps) {
@@ -149,13 +176,16 @@ fn compare_end(question: &Question, terms: &mut Terms, machine: &Machine, to: Te
         }
         let base = terms.of(Kind::Base(base));
         let wanted = terms.plus(base, step.into())?;
-        if machine.registers[usize::from(register)] != wanted {
-            return unproven(format!("r{register} is not left at the next key"));
+        let found = machine.registers[usize::from(register)];
+        if found != wanted {
+            let why = format!("r{register} is not left at the next key");
+            return differ(terms, wanted, found, why);
         }
     }
     let stack = terms.of(Kind::Base(Base::Stack));
-    if machine.registers[usize::from(SP)] != stack {
-        return unproven("the stack is not left as it was");
+    let found = machine.registers[usize::from(SP)];
+    if found != stack {
+        return differ(terms, stack, found, "the stack is not left as it was");
     }
     Ok(())
 }
@@ -176,7 +206,7 @@ fn compare_memory(
         if held.address.moving == stack {
             let own = 0..start.stack_bytes - i128::from(held.bytes) + 1;
             if !own.contains(&held.address.at) {
-                return unproven("a store to the stack of others");
+                return unproven_as(Reason::Places, "a store to the stack of others");
             }
         } else if !start.memory.held.contains(&held) {
             places.entry((held.address, held.bytes)).or_default()[1] = Some(held.value);
@@ -184,7 +214,7 @@ fn compare_memory(
     }
     for ((address, bytes), values) in places {
         let at = terms.of_address(address)?;
-        let old = terms.of(Kind::Load(at, bytes));
+        let old = terms.unread(at, bytes);
         let [wanted, found] = values.map(|value| value.unwrap_or(old));
         if wanted == found {
             continue;
@@ -205,13 +235,32 @@ fn compare_memory(
                 value: found,
             },
         );
-        return unproven(format!(
-            "{place}: the Kernel says {}, the code {}",
-            terms.show(wanted),
-            terms.show(found)
-        ));
+        let (says, does) = (terms.show(wanted), terms.show(found));
+        let why = format!("{place}: the Kernel says {says}, the code {does}");
+        return differ(terms, wanted, found, why);
     }
     Ok(())
+}
+
+/// Two values that are not shown to be one; it is certain that they are two where both are numbers
+/// of a run with numbers.
+pub(crate) fn differ<T>(
+    terms: &mut Terms,
+    wanted: Term,
+    found: Term,
+    why: impl Into<String>,
+) -> Told<T> {
+    let difference = terms.sub(wanted, found)?;
+    let is_certain = terms.is_sampling() && terms.number(difference).is_some_and(|by| by != 0);
+    let reason = if terms.divides(difference) {
+        Reason::Divisions
+    } else {
+        Reason::Values
+    };
+    Err(Stop::Unproven(Doubt {
+        is_certain,
+        ..Doubt::new(reason, why)
+    }))
 }
 
 /// A place in words.
@@ -242,6 +291,19 @@ fn describe(question: &Question, terms: &mut Terms, held: Held) -> String {
     format!("{} bytes at {} + {at}", held.bytes, terms.show(moving))
 }
 
+fn is_quotient(kind: &Kind) -> bool {
+    let Kind::Apply(function, _) = kind else {
+        return false;
+    };
+    matches!(
+        function,
+        Function::DivideUnsigned
+            | Function::DivideSigned
+            | Function::DivideRound(_)
+            | Function::SquareRoot
+    )
+}
+
 impl Terms {
     /// What must be known before a term can be simpler: the innermost choice in it.
     pub fn question_in(&mut self, term: Term) -> Told<Option<Variable>> {
@@ -267,6 +329,24 @@ impl Terms {
             }
         }
         Ok(None)
+    }
+
+    /// Whether a quotient or a root is in a term.
+    fn divides(&mut self, term: Term) -> bool {
+        let (mut left, mut seen) = (vec![term], FxHashSet::default());
+        while let Some(term) = left.pop() {
+            if !seen.insert(term) {
+                continue;
+            }
+            for (atom, _) in self.sum(term).parts.clone() {
+                let kind = self.kind(atom).clone();
+                if is_quotient(&kind) {
+                    return true;
+                }
+                left.extend(self.terms_in(&kind));
+            }
+        }
+        false
     }
 
     /// What is computed of other terms, of those, in order.

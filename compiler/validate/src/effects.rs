@@ -2,13 +2,30 @@
 
 use whippen_kernel::{Inst, Op, Range, Type, Value};
 
+use crate::bounds::Interval;
 use crate::kernel::{KernelRun, Number};
-use crate::stop::{Told, unproven};
+use crate::stop::{Reason, Told, unproven, unproven_as};
 use crate::term::{Base, Kind, Term, Terms};
 use crate::truth::Truth;
 
 impl KernelRun<'_> {
     pub(crate) fn on_memory(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Option<Number>> {
+        let declared = inst.results.first().map(|result| {
+            let Range { low, high } = self.values[*result].range;
+            (low.into(), high.into())
+        });
+        terms.declare(declared);
+        let read = self.read_or_write(terms, inst, declared);
+        terms.declare(None);
+        read
+    }
+
+    fn read_or_write(
+        &mut self,
+        terms: &mut Terms,
+        inst: &Inst,
+        declared: Option<Interval>,
+    ) -> Told<Option<Number>> {
         let t = terms;
         let places = self.question.places;
         let args = &inst.args;
@@ -31,6 +48,12 @@ impl KernelRun<'_> {
             }
             Op::Delay(line, ticks) => {
                 let (address, bytes) = self.slot(t, line, ticks)?;
+                self.memory.load(t, address, bytes)?
+            }
+            Op::DelayAt(line) => {
+                let before = self.whole(t, args[0])?;
+                let (address, bytes) = self.slot_before(t, line, before)?;
+                t.declare(declared);
                 self.memory.load(t, address, bytes)?
             }
             Op::Lookup(table, column) => {
@@ -67,10 +90,14 @@ impl KernelRun<'_> {
                 self.memory.store(t, address, bytes, value, Truth::YES)
             }
             Op::Emit(event) => self.emit(t, event, &inst.args),
-            _ => unproven(format!(
-                "the operator `{}` is not followed",
-                inst.op.row().name
-            )),
+            _ => {
+                let name = inst.op.row().name;
+                let reason = match inst.op {
+                    Op::Wave(..) => Reason::Strings,
+                    _ => Reason::Code,
+                };
+                unproven_as(reason, format!("the operator `{name}` is not followed"))
+            }
         }
     }
 
@@ -124,6 +151,10 @@ impl KernelRun<'_> {
 
     fn get(&mut self, terms: &mut Terms, inst: &Inst, cell: u32, index: Term) -> Told<Number> {
         let address = self.place(terms, cell, index)?;
+        if self.values[inst.results[0]].ty == Type::I64 && terms.is_sampling() {
+            // Both words at once, so that they make a number of the interval.
+            terms.unread(address, 8);
+        }
         let low = self.memory.load(terms, address, 4)?;
         match self.values[inst.results[0]].ty {
             Type::I32 => Ok(Number::Whole(low)),
@@ -164,6 +195,27 @@ impl KernelRun<'_> {
         };
         let pointer = self.in_state(terms, *pointer)?;
         let address = terms.add_scaled(pointer, base, 1 << place.scale)?;
+        Ok((address, bytes))
+    }
+
+    /// Address and bytes of the slot of a line that was written so many ticks and one more ago:
+    /// slots of a key lie a row apart, and before the first comes the last.
+    fn slot_before(&mut self, terms: &mut Terms, line: u32, before: Term) -> Told<(Term, u8)> {
+        let (here, bytes) = self.slot(terms, line, 0)?;
+        let place = &self.question.places.lines[line as usize];
+        let len = i128::from(place.len);
+        let before = terms.clamp(before, (0, len - 1))?;
+        let slots = (0, len - 1);
+        terms.declare(Some(slots));
+        let now = self.in_state(terms, place.ring)?;
+        terms.learn(now, slots)?;
+        let back = terms.plus(before, 1)?;
+        let slot = terms.sub(now, back)?;
+        let (is_there, zero) = (terms.at_least(slot, 0)?, terms.constant(0));
+        let all = terms.constant(len);
+        let around = terms.select(is_there, zero, all)?;
+        let rows = terms.sub(around, back)?;
+        let address = terms.add_scaled(here, rows, place.row.into())?;
         Ok((address, bytes))
     }
 

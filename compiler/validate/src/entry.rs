@@ -3,12 +3,12 @@
 use whippen_isa::reg::SP;
 
 use crate::Verdict;
-use crate::check::{ROLES, Start, all_cases};
+use crate::check::{ROLES, Start, all_cases, differ, on_one_side};
 use crate::kernel::run_shared;
 use crate::machine::Machine;
 use crate::memory::Memory;
 use crate::places::Question;
-use crate::stop::{Told, unproven};
+use crate::stop::{Doubt, Reason, Stop, Told, unproven};
 use crate::term::{Base, Kind, Term, Terms};
 
 /// Cases of the entry, at most.
@@ -36,6 +36,8 @@ pub(crate) fn terms(question: &Question) -> Terms {
         let address = state_word(&mut terms, *at);
         terms.pointers.extend(address);
     }
+    addresses_of_slots(question, &mut terms);
+    ranges_of_state(question, &mut terms);
     if places.number.is_some() {
         let address = state_word(&mut terms, places.next_event);
         if let Ok(address) = address {
@@ -44,6 +46,37 @@ pub(crate) fn terms(question: &Question) -> Terms {
         }
     }
     terms
+}
+
+/// A pointer and HISTORY make the address of a slot, modulo 2^32; it is taken as the sum.
+fn addresses_of_slots(question: &Question, terms: &mut Terms) {
+    let history = terms.of(Kind::Base(Base::History));
+    for line in &question.places.lines {
+        for at in line.pointers.values() {
+            let Ok(address) = state_word(terms, *at) else {
+                continue;
+            };
+            let pointer = terms.of(Kind::Load(address, 4));
+            if let Ok(slot) = terms.add_scaled(pointer, history, 1 << line.scale) {
+                terms.learn_always(slot, ADDRESSES);
+            }
+        }
+    }
+}
+
+/// What the Kernel declares of live values, and slots' numbers: the entry computes with them too.
+fn ranges_of_state(question: &Question, terms: &mut Terms) {
+    let places = question.places;
+    let lives = places.lives.iter().zip(&question.modes.kernel.lives);
+    let lives = lives.map(|(at, live)| (*at, (live.range.low.into(), live.range.high.into())));
+    let rings = places.lines.iter();
+    let rings = rings.map(|line| (line.ring, (0, i128::from(line.len) - 1)));
+    for (at, range) in lives.chain(rings) {
+        if let Ok(address) = state_word(terms, at) {
+            let word = terms.of(Kind::Load(address, 4));
+            terms.learn_always(word, range);
+        }
+    }
 }
 
 fn state_word(terms: &mut Terms, at: u32) -> Told<Term> {
@@ -67,8 +100,7 @@ struct Left {
 pub(crate) fn check_entry(
     question: &Question,
     terms: &mut Terms,
-) -> Result<(Start, Vec<Verdict>), String> {
-    let in_words = |told: crate::stop::Stop| format!("{told:?}");
+) -> Result<(Start, Vec<Verdict>), Doubt> {
     let left = all_cases(terms, CASES_MAX, |terms| run_entry(question, terms))?;
     let mut verdicts = Vec::new();
     let mut replaced = Vec::new();
@@ -83,9 +115,12 @@ pub(crate) fn check_entry(
             replaced.push((found, wanted));
             let is_one = left.iter().all(|other| other.shared[number].0 == wanted);
             if found != wanted || !is_one {
-                let (wanted, found) = (terms.show(wanted), terms.show(found));
-                let why = format!("the Kernel says {wanted}, the code {found}");
-                verdict = Verdict::Unproven { why };
+                let (says, does) = (terms.show(wanted), terms.show(found));
+                let why = format!("the Kernel says {says}, the code {does}");
+                verdict = match differ::<()>(terms, wanted, found, why) {
+                    Err(Stop::Unproven(doubt)) => Verdict::of(doubt),
+                    _ => Verdict::of(Doubt::new(Reason::Code, "its numbers are too large")),
+                };
             }
         }
         verdicts.push(verdict);
@@ -104,6 +139,13 @@ pub(crate) fn check_entry(
         stack_bytes: left.iter().map(|case| case.stack_bytes).min().unwrap_or(0),
     };
     Ok((start, verdicts))
+}
+
+fn in_words(told: Stop) -> Doubt {
+    match told {
+        Stop::Unproven(doubt) => doubt,
+        other => Doubt::new(Reason::Code, format!("{other:?}")),
+    }
 }
 
 /// What registers hold in all cases.
@@ -132,7 +174,7 @@ fn registers_of(terms: &mut Terms, left: &[Left], replaced: &[(Term, Term)]) -> 
 
 fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
     let places = question.places;
-    run_shared(question, terms, question.shared)?;
+    on_one_side(terms, |terms| run_shared(question, terms, question.shared))?;
     terms.known.refresh();
     let wanted = run_shared(question, terms, question.shared)?;
     let mut machine = Machine::new(question, terms, question.symbols.tick);
@@ -181,9 +223,10 @@ fn keeps_constants(question: &Question, terms: &mut Terms, machine: &Machine) ->
     let places = question.places;
     let state = terms.of(Kind::Base(Base::State));
     let lives = &places.lives[..question.modes.kernel.lives.len()];
-    let pointers = places.lines.iter().flat_map(|line| line.pointers.values());
+    let lines = places.lines.iter();
+    let of_lines = lines.flat_map(|line| line.pointers.values().chain([&line.ring]));
     let kept = lives.iter().chain([&places.tick, &places.row]);
-    let kept: Vec<i128> = kept.chain(pointers).map(|at| (*at).into()).collect();
+    let kept: Vec<i128> = kept.chain(of_lines).map(|at| (*at).into()).collect();
     for held in machine.memory.changed(terms)? {
         let at = held.address.at;
         let is_kept = at >= places.literals.into() || kept.contains(&at);
@@ -205,10 +248,15 @@ pub(crate) fn check_tables(question: &Question) -> Verdict {
     for (table, from) in tables {
         for (index, value) in (0..).zip(&table.values) {
             let address = from.wrapping_add(4 * index);
-            if question.code.word(address) != Some(*value as u32) {
-                let why = format!("word {index} of table `{}` differs", table.name);
-                return Verdict::Unproven { why };
+            let found = question.code.word(address);
+            if found == Some(*value as u32) {
+                continue;
             }
+            let why = format!("word {index} of table `{}` differs", table.name);
+            return match found {
+                Some(_) => Verdict::Refuted { why },
+                None => Verdict::of(Doubt::new(Reason::Entry, why)),
+            };
         }
     }
     Verdict::Validated {

@@ -10,7 +10,7 @@ use whippen_modes::{End, Mode, ModeId, Target};
 use crate::memory::Memory;
 use crate::places::{Question, Shared};
 use crate::stop::{Told, unproven};
-use crate::term::{Function, Kind, Term, Terms};
+use crate::term::{Function, Term, Terms};
 use crate::truth::Truth;
 
 /// A value.
@@ -272,9 +272,9 @@ impl<'a> KernelRun<'a> {
             Op::Shl(n) => t.scale(a, 1 << n)?,
             Op::Sar(n) => t.floor(a, n.into())?,
             Op::SarRound(n) => round(t, a, n.into())?,
-            Op::DivRound(n) => t.of(Kind::Apply(Function::DivideRound(n), vec![a, b])),
-            Op::Quot(n) => t.of(Kind::Apply(Function::Quotient(n), vec![a, b])),
-            Op::Sqrt => t.of(Kind::Apply(Function::SquareRoot, vec![a])),
+            Op::DivRound(n) => self.divide_round(t, inst, n)?,
+            Op::Quot(n) => self.quotient(t, inst, n)?,
+            Op::Sqrt => t.apply(Function::SquareRoot, vec![a]),
             Op::Widen | Op::Assume(..) | Op::Narrow => a,
             _ => return wrapping(t, inst.op, a, b),
         }))

@@ -14,13 +14,14 @@
 //! | part | what it settles |
 //! | --- | --- |
 //! | [`places`] | the question: modes, bytes, and where the state keeps what |
-//! | `term`, `normal` | terms and their normal forms |
+//! | `term`, `normal`, `apply` | terms and their normal forms |
 //! | `truth` | comparisons, as decision diagrams |
 //! | `bounds` | what is known of a term in a case |
 //! | `memory` | loads and stores by address |
-//! | `kernel`, `effects` | the run of a mode |
+//! | `kernel`, `effects`, `quotient`, `divide` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
 //! | `check`, `entry` | the comparison of modes, and of the tick's entry |
+//! | `sample` | what is not shown is tried with numbers: whether it is wrong |
 //!
 //! It knows neither selection nor registers' allocation; what an instruction means is written here
 //! again. What is believed all the same: docs/validate.md. Not here: cycles (`budget`), what modes
@@ -28,8 +29,10 @@
 
 mod access;
 mod alu;
+mod apply;
 mod bounds;
 mod check;
+mod divide;
 mod effects;
 mod entry;
 mod kernel;
@@ -38,6 +41,8 @@ mod memory;
 mod multiply;
 mod normal;
 pub mod places;
+mod quotient;
+mod sample;
 mod show;
 mod stop;
 mod term;
@@ -46,17 +51,21 @@ mod tests;
 mod truth;
 
 pub use places::{Code, LinePlace, Places, Question, Shared, Symbols};
+pub use stop::Reason;
 
 use std::fmt;
 
+use whippen_isa::Arch;
 use whippen_modes::ModeId;
 
-use check::{Used, all_cases, check_case};
+use check::{Start, Used, all_cases, check_case};
+use sample::{refute, refute_shared};
+use stop::Doubt;
 use term::Terms;
 use whippen_deterministic::parallel;
 
 /// Cases of a mode, at most.
-const CASES_MAX: usize = 20_000;
+const CASES_MAX: usize = 4_000;
 
 /// What is known of a piece of code.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -68,7 +77,14 @@ pub enum Verdict {
     },
     /// It could not be shown.
     Unproven {
+        /// The kind of reason.
+        reason: Reason,
         /// Why, with the first value that differs or the first instruction that is not followed.
+        why: String,
+    },
+    /// It does something else for some numbers.
+    Refuted {
+        /// What, for these numbers.
         why: String,
     },
 }
@@ -78,13 +94,27 @@ impl Verdict {
     pub fn is_validated(&self) -> bool {
         matches!(self, Verdict::Validated { .. })
     }
+
+    fn of(doubt: Doubt) -> Verdict {
+        let Doubt {
+            reason,
+            why,
+            is_certain,
+        } = doubt;
+        if is_certain {
+            Verdict::Refuted { why }
+        } else {
+            Verdict::Unproven { reason, why }
+        }
+    }
 }
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Verdict::Validated { cases } => write!(f, "validated, {cases} cases"),
-            Verdict::Unproven { why } => write!(f, "unproven: {why}"),
+            Verdict::Unproven { reason, why } => write!(f, "unproven ({reason}): {why}"),
+            Verdict::Refuted { why } => write!(f, "refuted: {why}"),
         }
     }
 }
@@ -107,20 +137,13 @@ pub struct Report {
 /// A verdict on a mode holds for a tick of a key that begins with registers and shared words as the
 /// tick's entry should leave them.
 pub fn validate(question: &Question) -> Report {
-    let mut terms = entry::terms(question);
-    let (entry, shared) = match entry::check_entry(question, &mut terms) {
-        Ok((_, shared)) => (Verdict::Validated { cases: 1 }, shared),
-        Err(why) => {
-            let unknown = || Verdict::Unproven {
-                why: "the tick's entry is unproven".to_string(),
-            };
-            let shared = question.shared.results.iter().map(|_| unknown());
-            let shared = shared.collect();
-            (Verdict::Unproven { why }, shared)
-        }
-    };
+    if question.arch == Arch::V6M {
+        return not_followed(question);
+    }
+    let (entry, shared) = validate_entry(question);
     let ids: Vec<ModeId> = question.modes.modes.ids().collect();
-    let checked = parallel::map(ids, |mode| check_mode(question, mode));
+    let begun = begin(question);
+    let checked = parallel::map(ids, |mode| check_mode(question, &begun, mode));
     let (mut modes, used): (Vec<Verdict>, Vec<Used>) = checked.into_iter().unzip();
     refuse_clobbered(&mut modes, &used);
     Report {
@@ -131,25 +154,77 @@ pub fn validate(question: &Question) -> Report {
     }
 }
 
+/// The code of a core without long products and quotients calls routines, none of which is
+/// followed.
+fn not_followed(question: &Question) -> Report {
+    let unproven = || {
+        let why = "code for a Cortex-M0+ is not followed";
+        Verdict::of(Doubt::new(Reason::Core, why))
+    };
+    Report {
+        entry: unproven(),
+        shared: question.shared.results.iter().map(|_| unproven()).collect(),
+        tables: unproven(),
+        modes: question.modes.modes.iter().map(|_| unproven()).collect(),
+    }
+}
+
+/// The tick's entry, and each word that it computes.
+fn validate_entry(question: &Question) -> (Verdict, Vec<Verdict>) {
+    let mut terms = entry::terms(question);
+    let mut shared = match entry::check_entry(question, &mut terms) {
+        Ok((_, shared)) => shared,
+        Err(doubt) => {
+            let results = question.shared.results.iter();
+            let shared = results.map(|_| unproven_entry()).collect();
+            return (Verdict::of(doubt), shared);
+        }
+    };
+    for (word, verdict) in shared.iter_mut().enumerate() {
+        if !verdict.is_validated()
+            && let Some(why) = refute_shared(question, &mut terms, word)
+        {
+            *verdict = Verdict::Refuted { why };
+        }
+    }
+    (Verdict::Validated { cases: 1 }, shared)
+}
+
+fn unproven_entry() -> Verdict {
+    Verdict::of(Doubt::new(Reason::Entry, "the tick's entry is unproven"))
+}
+
 /// Compares the code of one mode with the mode, without what modes leave to each other in
 /// registers.
 pub fn validate_mode(question: &Question, mode: ModeId) -> Verdict {
-    check_mode(question, mode).0
+    check_mode(question, &begin(question), mode).0
 }
 
-/// One mode, with terms of its own.
-fn check_mode(question: &Question, mode: ModeId) -> (Verdict, Used) {
+/// What modes begin with, and the terms of that; none where the entry is unproven.
+fn begin(question: &Question) -> Option<(Terms, Start)> {
     let mut terms = entry::terms(question);
-    let start = match entry::check_entry(question, &mut terms) {
-        Ok((start, _)) => start,
-        Err(_) => {
-            let why = "the tick's entry is unproven".to_string();
-            return (Verdict::Unproven { why }, Used::default());
-        }
+    let (start, _) = entry::check_entry(question, &mut terms).ok()?;
+    Some((terms, start))
+}
+
+/// One mode, with terms of its own, so that no verdict depends on another mode.
+fn check_mode(
+    question: &Question,
+    begun: &Option<(Terms, Start)>,
+    mode: ModeId,
+) -> (Verdict, Used) {
+    let Some((terms, start)) = begun else {
+        return (unproven_entry(), Used::default());
     };
-    let run = |terms: &mut Terms| check_case(question, terms, mode, &start);
+    let mut terms = terms.clone();
+    let run = |terms: &mut Terms| check_case(question, terms, mode, start);
     match all_cases(&mut terms, CASES_MAX, run) {
-        Err(why) => (Verdict::Unproven { why }, Used::default()),
+        Err(doubt) => {
+            let refuted = refute(question, &mut terms, mode);
+            let verdict =
+                refuted.map_or_else(|| Verdict::of(doubt), |why| Verdict::Refuted { why });
+            (verdict, Used::default())
+        }
         Ok(all) => {
             let used = all.iter().fold(Used::default(), |sum, own| Used {
                 read: sum.read | own.read,
@@ -167,7 +242,8 @@ fn refuse_clobbered(modes: &mut [Verdict], used: &[Used]) {
         let both = own.changed & read;
         if both != 0 {
             let why = format!("it changes r{}, which a mode reads", both.trailing_zeros());
-            *verdict = Verdict::Unproven { why };
+            let reason = Reason::Entry;
+            *verdict = Verdict::Unproven { reason, why };
         }
     }
 }

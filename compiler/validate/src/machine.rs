@@ -9,7 +9,7 @@ use whippen_isa::{Cond, Inst, ItState, Op, decode, is_wide};
 use crate::bounds::WORD;
 use crate::memory::Memory;
 use crate::places::Question;
-use crate::stop::{Stop, Told, unproven};
+use crate::stop::{Doubt, Stop, Told, unproven};
 use crate::term::{Kind, Term, Terms};
 use crate::truth::Truth;
 
@@ -91,7 +91,10 @@ impl<'a> Machine<'a> {
 
     fn placed(&self, stop: Stop, inst: &Inst) -> Stop {
         match stop {
-            Stop::Unproven(why) => Stop::Unproven(format!("{:#x} `{inst}`: {why}", self.pc)),
+            Stop::Unproven(doubt) => Stop::Unproven(Doubt {
+                why: format!("{:#x} `{inst}`: {}", self.pc, doubt.why),
+                ..doubt
+            }),
             other => other,
         }
     }

@@ -1,6 +1,6 @@
 //! Memory as what was stored, by address: a base, what is added to it, and a constant.
 
-use crate::stop::{Told, unproven};
+use crate::stop::{Reason, Told, unproven_as};
 use crate::term::{Atom, Kind, Sum, Term, Terms};
 use crate::truth::Truth;
 
@@ -90,10 +90,13 @@ impl Memory {
             match terms.meeting((place, bytes), (held.address, held.bytes))? {
                 Meeting::Same => return Ok(held.value),
                 Meeting::Apart => {}
-                Meeting::Unknown => return unproven("a load that may meet another store"),
+                Meeting::Unknown => {
+                    let why = "a load that may meet another store";
+                    return unproven_as(Reason::Places, why);
+                }
             }
         }
-        Ok(terms.of(Kind::Load(address, bytes)))
+        Ok(terms.unread(address, bytes))
     }
 
     /// Stores a value where something holds.
@@ -123,7 +126,10 @@ impl Memory {
             match terms.meeting((place, bytes), (held.address, held.bytes))? {
                 Meeting::Same => {}
                 Meeting::Apart => kept.push(*held),
-                Meeting::Unknown => return unproven("a store that may meet another one"),
+                Meeting::Unknown => {
+                    let why = "a store that may meet another one";
+                    return unproven_as(Reason::Places, why);
+                }
             }
         }
         kept.push(Held {
@@ -140,7 +146,7 @@ impl Memory {
         let mut all = Vec::new();
         for held in &self.held {
             let address = terms.of_address(held.address)?;
-            let old = terms.of(Kind::Load(address, held.bytes));
+            let old = terms.unread(address, held.bytes);
             if held.value != old {
                 all.push(*held);
             }

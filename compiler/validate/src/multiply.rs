@@ -5,7 +5,7 @@ use whippen_isa::{Inst, Op};
 use crate::alu::shift;
 use crate::machine::Machine;
 use crate::stop::{Told, unproven};
-use crate::term::{Function, Kind, Term, Terms};
+use crate::term::{Function, Term, Terms};
 
 /// A half of a word, signed.
 fn half(terms: &mut Terms, word: Term, top: bool) -> Told<Term> {
@@ -31,7 +31,7 @@ impl Machine<'_> {
             Op::BFI | Op::BFC => self.insert_field(terms, inst)?,
             Op::CLZ => {
                 let m = self.register(terms, inst.m)?;
-                terms.of(Kind::Apply(Function::LeadingZeros, vec![m]))
+                terms.apply(Function::LeadingZeros, vec![m])
             }
             Op::SSAT | Op::USAT => {
                 let n = self.register(terms, inst.n)?;
@@ -185,8 +185,8 @@ impl Machine<'_> {
                 let product = t.floor(product, 16)?;
                 self.accumulated(t, inst, product, Op::SMLAWy)?
             }
-            Op::SDIV => t.of(Kind::Apply(Function::DivideSigned, vec![n, m])),
-            Op::UDIV => t.of(Kind::Apply(Function::DivideUnsigned, vec![n, m])),
+            Op::SDIV => t.apply(Function::DivideSigned, vec![n, m]),
+            Op::UDIV => t.apply(Function::DivideUnsigned, vec![n, m]),
             _ => return Ok(None),
         }))
     }

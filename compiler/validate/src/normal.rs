@@ -269,19 +269,41 @@ impl Terms {
         let opposite = self.truths.not(holds);
         let mut result = term;
         for (atom, by) in parts {
-            let Kind::Gate(asks, inner) = *self.kind(atom) else {
-                continue;
+            let (is_open, inner) = match *self.kind(atom) {
+                Kind::Gate(asks, inner) if asks == holds || asks == opposite => {
+                    (asks == holds, inner)
+                }
+                Kind::Positive(inner) => match self.sign_where(holds, inner) {
+                    Some(is_positive) => (is_positive, inner),
+                    None => continue,
+                },
+                _ => continue,
             };
-            if asks != holds && asks != opposite {
-                continue;
-            }
             let single = self.single(atom);
             result = self.add_scaled(result, single, -by)?;
-            if asks == holds {
+            if is_open {
                 result = self.add_scaled(result, inner, by)?;
             }
         }
         Ok(result)
+    }
+
+    /// Whether a term is at least 0, or at most 0, where a comparison of the same primitive holds.
+    fn sign_where(&mut self, holds: Truth, term: Term) -> Option<bool> {
+        let (Variable { primitive, least }, yes, no) = self.truths.split(holds)?;
+        let (factor, own, constant) = self.primitive(term);
+        let is_plain = yes.settled().is_some() && no.settled().is_some();
+        if own != primitive || !is_plain {
+            return None;
+        }
+        // The end of where it holds, and whether the term rises from there on.
+        let holds_above = yes == Truth::YES;
+        let end = if holds_above { least } else { least - 1 };
+        let at_end = end.checked_mul(factor)?.checked_add(constant)?;
+        match (factor > 0) == holds_above {
+            true => (at_end >= 0).then_some(true),
+            false => (at_end <= 0).then_some(false),
+        }
     }
 
     /// `term >= least`
@@ -369,7 +391,14 @@ impl Terms {
         let truth = self.settle(truth);
         match (truth.settled(), self.truths.split(truth)) {
             (Some(holds), _) => Ok(holds),
-            (None, Some((variable, ..))) => Err(Stop::Split(variable)),
+            (None, Some((variable, ..))) => {
+                if !self.takes_sides {
+                    return Err(Stop::Split(variable));
+                }
+                self.taken.push((variable, true));
+                self.assume(variable, true)?;
+                self.decide(truth)
+            }
             (None, None) => Err(Stop::Impossible),
         }
     }

@@ -19,6 +19,10 @@ pub struct LinePlace {
     pub pointers: BTreeMap<u32, u32>,
     /// How many ticks it remembers: what was pushed so long ago is where the next is pushed.
     pub len: u32,
+    /// Bytes from one tick's slot to the next tick's.
+    pub row: u32,
+    /// In the state: the number of the slot that is written in this tick.
+    pub ring: u32,
 }
 
 /// Where the state of a core's keys keeps what, in bytes. Offsets in a record count from its first

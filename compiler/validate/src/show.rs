@@ -103,7 +103,6 @@ fn name(function: Function) -> String {
         Function::ShiftRight => "lsr".to_string(),
         Function::ShiftRightSigned => "asr".to_string(),
         Function::DivideRound(n) => format!("div_round{n}"),
-        Function::Quotient(n) => format!("quot{n}"),
         Function::SquareRoot => "sqrt".to_string(),
     }
 }

@@ -1,6 +1,60 @@
 //! Why a symbolic run ends before its end.
 
+use std::fmt;
+
 use crate::truth::Variable;
+
+/// Why something could not be shown, by kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Reason {
+    /// A value that differs has a quotient or a root in it, which two ways of dividing give.
+    Divisions,
+    /// Strings: the operator `wave`.
+    Strings,
+    /// Two values that could not be shown to be one.
+    Values,
+    /// Places in memory of which it is not known whether they are one.
+    Places,
+    /// An instruction, an operator or a path that is not followed.
+    Code,
+    /// More cases than are looked at.
+    Cases,
+    /// The tick's entry, or a word that it computes for all keys, is not validated.
+    Entry,
+    /// Code for a core that is not followed at all.
+    Core,
+}
+
+impl Reason {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Reason::Divisions => "divisions",
+            Reason::Strings => "strings",
+            Reason::Values => "values",
+            Reason::Places => "places",
+            Reason::Code => "code",
+            Reason::Cases => "cases",
+            Reason::Entry => "entry",
+            Reason::Core => "core",
+        }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Why something could not be shown.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Doubt {
+    pub reason: Reason,
+    pub why: String,
+    /// Whether there are numbers for which it is otherwise.
+    pub is_certain: bool,
+}
 
 /// Why a run ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -10,13 +64,28 @@ pub(crate) enum Stop {
     /// Nothing can come here.
     Impossible,
     /// It cannot be shown.
-    Unproven(String),
+    Unproven(Doubt),
 }
 
 /// What is told, or why it cannot be.
 pub(crate) type Told<T> = Result<T, Stop>;
 
-/// It cannot be shown.
+impl Doubt {
+    pub fn new(reason: Reason, why: impl Into<String>) -> Doubt {
+        Doubt {
+            reason,
+            why: why.into(),
+            is_certain: false,
+        }
+    }
+}
+
+/// Code that is not followed.
 pub(crate) fn unproven<T>(why: impl Into<String>) -> Told<T> {
-    Err(Stop::Unproven(why.into()))
+    unproven_as(Reason::Code, why)
+}
+
+/// It cannot be shown, for such a reason.
+pub(crate) fn unproven_as<T>(reason: Reason, why: impl Into<String>) -> Told<T> {
+    Err(Stop::Unproven(Doubt::new(reason, why)))
 }

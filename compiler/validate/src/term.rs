@@ -16,7 +16,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::stop::{Stop, Told};
+use crate::stop::{Doubt, Reason, Stop, Told};
 use crate::truth::Truth;
 
 /// An integer that is no sum.
@@ -53,7 +53,6 @@ pub(crate) enum Function {
     ShiftRightSigned,
     /// The operators of the Kernel that no instruction has.
     DivideRound(u8),
-    Quotient(u8),
     SquareRoot,
 }
 
@@ -87,23 +86,32 @@ pub(crate) struct Sum {
 }
 
 /// All terms, and what is known of them.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Terms {
     kinds: Vec<Kind>,
     atoms: FxHashMap<Kind, Atom>,
     sums: Vec<Sum>,
     terms: FxHashMap<Sum, Term>,
+    /// What was computed before, which cases have in common.
+    added: FxHashMap<(Term, Term, i128), Term>,
+    multiplied: FxHashMap<(Term, Term), Term>,
+    primitives: FxHashMap<Term, (i128, Term, i128)>,
     pub(crate) truths: crate::truth::Truths,
     pub(crate) known: crate::bounds::Known,
+    /// Whether a run goes on with one side of what must be known, and the sides that it took.
+    pub(crate) takes_sides: bool,
+    pub(crate) taken: Vec<(crate::truth::Variable, bool)>,
     /// Addresses of words that are pointers into regions of their own.
     pub(crate) pointers: FxHashSet<Term>,
+    /// The numbers that memory holds at the beginning, in a run with numbers.
+    pub(crate) sample: Option<crate::sample::Sample>,
 }
 
 /// How many products a product of sums may become.
 const PRODUCTS_MAX: usize = 36;
 
 pub(crate) fn too_large() -> Stop {
-    Stop::Unproven("a number leaves 128 bits".to_string())
+    Stop::Unproven(Doubt::new(Reason::Code, "a number leaves 128 bits"))
 }
 
 impl Terms {
@@ -129,6 +137,15 @@ impl Terms {
 
     pub fn kind(&self, atom: Atom) -> &Kind {
         &self.kinds[atom.0 as usize]
+    }
+
+    /// All that was read of memory as it is at the beginning: addresses, bytes.
+    pub fn loads(&self) -> Vec<(Term, u8)> {
+        let loads = self.kinds.iter().filter_map(|kind| match kind {
+            Kind::Load(address, bytes) => Some((*address, *bytes)),
+            _ => None,
+        });
+        loads.collect()
     }
 
     pub fn sum(&self, term: Term) -> &Sum {
@@ -173,6 +190,15 @@ impl Terms {
 
     /// `a + b * by`
     pub fn add_scaled(&mut self, a: Term, b: Term, by: i128) -> Told<Term> {
+        if let Some(sum) = self.added.get(&(a, b, by)) {
+            return Ok(*sum);
+        }
+        let sum = self.sum_of(a, b, by)?;
+        self.added.insert((a, b, by), sum);
+        Ok(sum)
+    }
+
+    fn sum_of(&mut self, a: Term, b: Term, by: i128) -> Told<Term> {
         let (one, other) = (self.sum(a), self.sum(b));
         let mut parts = Vec::with_capacity(one.parts.len() + other.parts.len());
         let (mut left, mut right) = (&one.parts[..], &other.parts[..]);
@@ -231,6 +257,15 @@ impl Terms {
     /// The term as `factor * primitive + constant`: the coefficients of the primitive have no
     /// common factor, the first is positive, and it has no constant.
     pub fn primitive(&mut self, term: Term) -> (i128, Term, i128) {
+        if let Some(found) = self.primitives.get(&term) {
+            return *found;
+        }
+        let found = self.find_primitive(term);
+        self.primitives.insert(term, found);
+        found
+    }
+
+    fn find_primitive(&mut self, term: Term) -> (i128, Term, i128) {
         let Sum { parts, constant } = self.sum(term).clone();
         let common = parts
             .iter()
@@ -252,6 +287,20 @@ impl Terms {
         if let Some(by) = self.number(b) {
             return self.scale(a, by);
         }
+        let result = match self.multiplied.get(&(a, b)) {
+            Some(product) => *product,
+            None => {
+                let product = self.product_of(a, b)?;
+                self.multiplied.insert((a, b), product);
+                product
+            }
+        };
+        let range = crate::bounds::times(self.bounds(a), self.bounds(b));
+        self.learn(result, range)?;
+        Ok(result)
+    }
+
+    fn product_of(&mut self, a: Term, b: Term) -> Told<Term> {
         let (one, other) = (self.sum(a).clone(), self.sum(b).clone());
         let result = if (one.parts.len() + 1) * (other.parts.len() + 1) > PRODUCTS_MAX {
             self.long_product(a, b)?
@@ -281,8 +330,6 @@ impl Terms {
             }
             all
         };
-        let range = crate::bounds::times(self.bounds(a), self.bounds(b));
-        self.learn(result, range)?;
         Ok(result)
     }
 

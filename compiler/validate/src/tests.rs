@@ -4,7 +4,9 @@
 mod meaning;
 
 use whippen_deterministic::Rng;
+use whippen_kernel::{Range, Type};
 
+use crate::divide::steps;
 use crate::stop::Told;
 use crate::term::{Atom, Function, Kind, Term, Terms};
 use crate::truth::Truth;
@@ -126,6 +128,36 @@ fn step(terms: &mut Terms, rng: &mut Rng, known: &[Pair]) -> Told<Pair> {
         _ if small(x) => (terms.scale(a, -(1 << (n & 7)))?, -(x << (n & 7))),
         _ => (a, x),
     })
+}
+
+/// A quotient as it is defined, on numbers.
+fn quotient(a: i128, b: i128, n: u8) -> i128 {
+    match b {
+        0 => 0,
+        _ => ((a << (n + 1)) + b).div_euclid(2 * b),
+    }
+}
+
+#[test]
+fn long_division_is_the_quotient() {
+    let mut rng = Rng::new(11);
+    let mut tried = 0;
+    while tried < 4000 {
+        let (a, b) = (word(&mut rng), word(&mut rng).abs().min((1 << 31) - 1));
+        let n = rng.below(32) as u8;
+        let wanted = quotient(a, b, n);
+        if i32::try_from(wanted).is_err() {
+            continue;
+        }
+        tried += 1;
+        let (wide, number) = (Type::I32.range(), |k: i128| Range::new(k as i64, k as i64));
+        let dividend = rng.pick(&[wide, number(a)]);
+        let divisor = rng.pick(&[Range::new(0, wide.high), number(b)]);
+        let mut terms = Terms::default();
+        let words = [terms.constant(a), terms.constant(b)];
+        let found = steps(&mut terms, words, n, [dividend, divisor]).expect("it is small");
+        assert_eq!(terms.number(found), Some(wanted), "{a} {b} {n}");
+    }
 }
 
 #[test]

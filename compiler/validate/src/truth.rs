@@ -37,7 +37,7 @@ struct Node {
 }
 
 /// All diagrams.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Truths {
     variables: Vec<Variable>,
     numbers: FxHashMap<Variable, u32>,

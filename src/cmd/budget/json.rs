@@ -49,6 +49,7 @@ impl ImageProof<'_> {
             "flash_bytes": image.stored_bytes(),
             "ram_bytes": image.run_bytes(),
             "class": played.budget.class.to_string(),
+            "validation": self.validated.as_ref().map(|own| own.of_program(played.id).json()),
         })
     }
 }

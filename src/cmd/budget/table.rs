@@ -53,6 +53,9 @@ impl ImageProof<'_> {
             played.one(),
             budget.class
         );
+        if let Some(validated) = &self.validated {
+            let _ = writeln!(out, "{}", validated.of_program(played.id));
+        }
         self.path(played, &mut out);
         out
     }

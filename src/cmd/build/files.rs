@@ -18,6 +18,7 @@ use super::Args;
 use crate::cmd::own_firmware::TextFiles;
 use crate::cmd::proof;
 use crate::cmd::setup::{ImageSetup, file_of_chip};
+use crate::cmd::validated::Validated;
 use crate::exit::{Failure, Outcome};
 use crate::say::say;
 
@@ -72,6 +73,7 @@ struct MadeImage {
     keys: Vec<u32>,
     /// Why it is not proven.
     unproven: Option<String>,
+    validated: Validated,
 }
 
 /// Makes and writes everything.
@@ -207,6 +209,7 @@ impl Files<'_> {
         texts.map_or(Ok(()), |texts| texts.write())?;
         for (chip, made) in chips.iter().zip(&made) {
             chip.report_image(&made.path, &made.image, &made.keys);
+            say!("{}", made.validated);
             if let Some(why) = &made.unproven {
                 say!("it is not proven to be in time, and says so: {why}");
             }
@@ -232,6 +235,7 @@ impl Files<'_> {
         let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());
         let variables = self.variables(instruments, &built);
         let unproven = proof::check(setup, instruments, built.clone(), args.unproven)?;
+        let validated = Validated::of(setup, &built, instruments)?;
         let file = match family {
             Some(family) => uf2(&image, family, unproven.as_deref()),
             None => executable(&image, &variables, unproven.as_deref()),
@@ -246,6 +250,7 @@ impl Files<'_> {
             image,
             keys,
             unproven,
+            validated,
         })
     }
 

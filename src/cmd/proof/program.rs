@@ -3,7 +3,7 @@
 use whippen_compiler::budget::{Bound, Bounded, Budget, ZoneBound};
 use whippen_compiler::check::note_name;
 use whippen_compiler::deadline_diagnostic::WorstMode;
-use whippen_compiler::keyboard::{self, ZoneId};
+use whippen_compiler::keyboard::{self, ProgramId, ZoneId};
 use whippen_compiler::mode_names::mode_names;
 use whippen_compiler::pipeline::{Compiled, ProgramProof};
 use whippen_runtime::image::ImageInstrument;
@@ -12,6 +12,8 @@ use crate::cmd::setup::ImageSetup;
 
 /// What is proven while one program plays.
 pub struct ProgramReport<'a> {
+    /// Its number in the image.
+    pub id: ProgramId,
     pub program: &'a keyboard::Program,
     /// From the lowest keys up.
     pub zones: Vec<ZoneReport<'a>>,
@@ -33,7 +35,7 @@ impl<'a> ProgramReport<'a> {
     pub fn new(
         setup: &'a ImageSetup,
         instruments: &[ImageInstrument],
-        program: &'a keyboard::Program,
+        (id, program): (ProgramId, &'a keyboard::Program),
         proof: ProgramProof,
     ) -> Self {
         let zone = |of: &'a keyboard::Zone| {
@@ -49,6 +51,7 @@ impl<'a> ProgramReport<'a> {
             }
         };
         ProgramReport {
+            id,
             program,
             zones: program.zones.iter().map(zone).collect(),
             cores: proof.cores,

@@ -17,6 +17,10 @@ pub struct LineSlots {
     /// By how many ticks ago: the offset in the state of the pointer. Where there is none, HISTORY
     /// is the address.
     pub pointers: BTreeMap<u32, u32>,
+    /// Bytes from one tick's slot of a key to the next tick's.
+    pub row: u32,
+    /// Offset in the state of the number of the slot that is written in this tick.
+    pub ring: u32,
 }
 
 impl StateLayout {
@@ -127,6 +131,8 @@ impl StateLayout {
             LineSlots {
                 narrow: line.narrow,
                 len: line.len,
+                row: line.row,
+                ring: line.ring,
                 scale: self.scale(number),
                 pointers: own.map(|p| (p.ticks, p.at)).collect(),
             }

@@ -1,0 +1,85 @@
+//! What `build` and `budget` say of the validation of an image's code.
+
+use serde_json::Value;
+
+use crate::cli::{Shell, bundled};
+
+/// A program with a root, which is not followed, beside what is.
+const PROGRAM: &str = "/// A spring whose force is a root.
+instrument root {
+    sense x: length in 1 mm .. 11 mm over 0.7 ms
+    states half {
+        up   -> down when x > 5 mm
+        down -> up   when x < 4 mm
+    }
+    force push = if half is down then 10 N * sqrt(x / 11 mm) else 100 N/m * x
+}
+";
+
+/// The lines about validation.
+fn lines(out: &str) -> String {
+    let own = out.lines().filter(|line| line.starts_with("validated"));
+    own.collect::<Vec<_>>().join("\n")
+}
+
+fn budget(shell: &Shell, file: &str, more: &[&str]) -> Value {
+    let all = [&["budget", file, "--keys", "2", "--json"], more].concat();
+    let (out, _) = shell.ends(0, &all);
+    serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}"))
+}
+
+#[test]
+fn build_says_of_how_many_modes_its_code_does_what_they_say() {
+    let shell = Shell::new().with("root.whip", PROGRAM);
+    let hammond = bundled("hammond.whip");
+    let mut told = Vec::new();
+    for (file, board) in [
+        (&hammond[..], "rp2350"),
+        (&hammond[..], "stm32f4"),
+        (&hammond[..], "rp2040"),
+        ("root.whip", "rp2350"),
+    ] {
+        let args = [
+            "build", file, "--board", board, "--keys", "2", "-o", "a.elf",
+        ];
+        let (out, _) = shell.ends(0, &args);
+        told.push(format!("{board}: {}", lines(&out)));
+    }
+    insta::assert_snapshot!(told.join("\n"));
+}
+
+#[test]
+fn budget_names_the_modes_that_are_not_validated() {
+    let shell = Shell::new().with("root.whip", PROGRAM);
+    let found = budget(&shell, "root.whip", &["--validate"]);
+    let validation = &found["validation"];
+    assert_eq!(validation["modes"], 4, "two of each core");
+    assert_eq!(validation["validated"], 2);
+    let not = validation["not_validated"].as_array().expect("a list");
+    let told: Vec<String> = not
+        .iter()
+        .map(|one| {
+            assert!(one["why"].as_str().is_some_and(|why| !why.is_empty()));
+            format!("{}: {}, {}", one["symbol"], one["mode"], one["reason"])
+        })
+        .collect();
+    insta::assert_snapshot!(told.join("\n"));
+    let args = ["budget", "root.whip", "--keys", "2", "--validate"];
+    let (out, _) = shell.ends(0, &args);
+    assert_eq!(
+        lines(&out),
+        "validated: 2 of 4 modes; not validated: 2 (divisions 2)"
+    );
+}
+
+/// It takes time, so it is asked for.
+#[test]
+fn budget_validates_where_it_is_asked_to() {
+    let shell = Shell::new();
+    let hammond = bundled("hammond.whip");
+    assert_eq!(budget(&shell, &hammond, &[])["validation"], Value::Null);
+    let (out, _) = shell.ends(0, &["budget", &hammond, "--keys", "2"]);
+    assert_eq!(lines(&out), "");
+    let found = budget(&shell, &hammond, &["--validate"]);
+    assert_eq!(found["validation"]["not_validated"], Value::Array(vec![]));
+}
