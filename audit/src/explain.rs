@@ -10,8 +10,9 @@ use crate::ranges::Ranges;
 
 /// What no certificate says and this checker does not look at.
 pub const NOT_CHECKED: [&str; 3] = [
-    "that the code computes what the Kernels say: `whippen build` compares the code of keys with \
-     its modes and says of how many it can; that is the compiler's own, and not in the certificate",
+    "that the code computes what the Kernels say: `whippen build --validate` compares the code of \
+     keys with its modes and says of how many it can; that is the compiler's own, and not in the \
+     certificate",
     "the start: what runs before the first tick",
     "the ways that data take: that no other code writes where the frame's pointers lead",
 ];

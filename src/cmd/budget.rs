@@ -42,7 +42,7 @@ pub struct Args {
     /// Also write the worst-case path through a key as assembly, for other judges of its cycles
     #[arg(long, value_name = "FILE.s", value_hint = ValueHint::FilePath)]
     path: Option<PathBuf>,
-    /// Also say of which modes the bytes are shown to do what the modes say, as `build` does
+    /// Also say of which modes the bytes are shown to do what the modes say
     #[arg(long)]
     validate: bool,
     #[command(flatten)]

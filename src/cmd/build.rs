@@ -44,6 +44,10 @@ pub struct Args {
     /// broken sensors, energy
     #[arg(long, conflicts_with = "self_test")]
     safety: bool,
+    /// Also compare an image's code with the modes it was made of, and say of which modes both are
+    /// shown to do the same; code that is found to do something else is not written
+    #[arg(long, conflicts_with = "self_test")]
+    validate: bool,
     /// The clock of the chip that a .o is for, such as 170MHz, where it is not the board's
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = option::clock)]
     clock: Option<u32>,

@@ -40,12 +40,22 @@ fn build_says_of_how_many_modes_its_code_does_what_they_say() {
         ("root.whip", "rp2350"),
     ] {
         let args = [
-            "build", file, "--board", board, "--keys", "2", "-o", "a.elf",
+            "build",
+            file,
+            "--board",
+            board,
+            "--keys",
+            "2",
+            "--validate",
+            "-o",
+            "a.elf",
         ];
         let (out, _) = shell.ends(0, &args);
         told.push(format!("{board}: {}", lines(&out)));
     }
     insta::assert_snapshot!(told.join("\n"));
+    let of_object = ["build", "root.whip", "--validate", "-o", "a.o"];
+    shell.refuses(2, &of_object, &["--validate is for a whole image"]);
 }
 
 #[test]
@@ -74,9 +84,11 @@ fn budget_names_the_modes_that_are_not_validated() {
 
 /// It takes time, so it is asked for.
 #[test]
-fn budget_validates_where_it_is_asked_to() {
+fn neither_validates_where_it_is_not_asked_to() {
     let shell = Shell::new();
     let hammond = bundled("hammond.whip");
+    let (out, _) = shell.ends(0, &["build", &hammond, "--keys", "2", "-o", "a.elf"]);
+    assert_eq!(lines(&out), "");
     assert_eq!(budget(&shell, &hammond, &[])["validation"], Value::Null);
     let (out, _) = shell.ends(0, &["budget", &hammond, "--keys", "2"]);
     assert_eq!(lines(&out), "");

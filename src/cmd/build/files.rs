@@ -73,7 +73,8 @@ struct MadeImage {
     keys: Vec<u32>,
     /// Why it is not proven.
     unproven: Option<String>,
-    validated: Validated,
+    /// What is known of its code, where somebody asked.
+    validated: Option<Validated>,
 }
 
 /// Makes and writes everything.
@@ -95,6 +96,11 @@ impl Output {
     /// Whether another project has it: a relocatable file or C text.
     pub fn is_for_projects(&self) -> bool {
         matches!(self.kind, Kind::Object | Kind::C)
+    }
+
+    /// Whether it is all that a chip needs.
+    pub fn is_whole_image(&self) -> bool {
+        matches!(self.kind, Kind::Elf | Kind::Uf2)
     }
 
     /// Whether it is a relocatable file.
@@ -140,6 +146,10 @@ impl Files<'_> {
         if args.safety && !args.output.is_for_projects() {
             let why = "--safety is for a .o or a .c: a whole image guards its keys in any case, and \
                        a .wasm or an .fmu drives no motor";
+            return Err(Failure::Usage(why.to_string()));
+        }
+        if args.validate && !args.output.is_whole_image() {
+            let why = "--validate is for a whole image: its bytes are compared";
             return Err(Failure::Usage(why.to_string()));
         }
         if !args.output.is_image() {
@@ -209,7 +219,9 @@ impl Files<'_> {
         texts.map_or(Ok(()), |texts| texts.write())?;
         for (chip, made) in chips.iter().zip(&made) {
             chip.report_image(&made.path, &made.image, &made.keys);
-            say!("{}", made.validated);
+            if let Some(validated) = &made.validated {
+                say!("{validated}");
+            }
             if let Some(why) = &made.unproven {
                 say!("it is not proven to be in time, and says so: {why}");
             }
@@ -235,7 +247,9 @@ impl Files<'_> {
         let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());
         let variables = self.variables(instruments, &built);
         let unproven = proof::check(setup, instruments, built.clone(), args.unproven)?;
-        let validated = Validated::of(setup, &built, instruments)?;
+        let validated = (args.validate)
+            .then(|| Validated::of(setup, &built, instruments))
+            .transpose()?;
         let file = match family {
             Some(family) => uf2(&image, family, unproven.as_deref()),
             None => executable(&image, &variables, unproven.as_deref()),
