@@ -23,9 +23,6 @@ use whippen_runtime::monitor::{
 /// How long an answer may take, of the board's time.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Cycles in a second of the board, about.
-const CYCLES_HZ: f64 = 150e6;
-
 /// Ticks per second at which 88 keys fit that know nothing of their modes.
 pub const RATE_HZ: u32 = 5000;
 
@@ -93,8 +90,9 @@ impl Link for Wire {
         Ok(bytes)
     }
 
+    /// The board's, of about 150 MHz.
     fn time(&self) -> Duration {
-        Duration::from_secs_f64(self.rig.machine.cycle(0) as f64 / CYCLES_HZ)
+        Duration::from_secs_f64(self.rig.machine.cycle(0) as f64 / 150e6)
     }
 }
 
