@@ -2,7 +2,7 @@
 //! GCC and Clang, here and on a Cortex-M33 in QEMU.
 //!
 //! ```text
-//! cargo test --test c                             every instrument, on everything recorded; 10 000 random kernels here, and in QEMU
+//! cargo test --test c                             every instrument, on everything recorded; 5000 random kernels here, and in QEMU
 //! WHIPPEN_KERNELS=100000 cargo test --test c      so many
 //! WHIPPEN_TICKS=2646000 cargo test --test c minute    a minute of noise for what has strings
 //! ```
@@ -57,7 +57,7 @@ const STRICT: [&str; 7] = [
 const BATCH: usize = 250;
 
 /// How many random kernels, where the environment does not say.
-const KERNELS: usize = 10_000;
+const KERNELS: usize = 5_000;
 
 fn kernels() -> usize {
     whippen_need::count("WHIPPEN_KERNELS", KERNELS)

@@ -262,7 +262,7 @@ pub(crate) fn shift(terms: &mut Terms, m: Term, kind: ShiftType, by: u32) -> Tol
         ShiftType::LSR => {
             let unsigned = terms.unsigned(m)?;
             let down = terms.floor(unsigned, by)?;
-            terms.learn_always(down, (0, (1 << (32 - by.min(32))) - 1));
+            terms.learn(down, (0, (1 << (32 - by.min(32))) - 1))?;
             let down = terms.word(down)?;
             Ok((down, Some(bit_of(terms, by - 1)?)))
         }

@@ -98,7 +98,8 @@ impl Terms {
         let up = self.plus(term, half)?;
         let floor = self.floor(up, bits)?;
         let wrapped = self.add_scaled(term, floor, -(1 << bits))?;
-        self.learn_always(wrapped, (-half, half - 1));
+        // Of this case alone: in another one the floor may be another number.
+        self.learn(wrapped, (-half, half - 1))?;
         Ok(wrapped)
     }
 
@@ -110,7 +111,7 @@ impl Terms {
         }
         let floor = self.floor(term, bits)?;
         let result = self.add_scaled(term, floor, -(1 << bits))?;
-        self.learn_always(result, (0, (1 << bits) - 1));
+        self.learn(result, (0, (1 << bits) - 1))?;
         Ok(result)
     }
 
