@@ -50,8 +50,13 @@ pub(super) enum WhereZero {
 /// The branches of a region: around pure instructions that read one factor and that no other
 /// factor has a part in, a division among them.
 pub(super) fn branches(kernel: &Kernel, region: &Region) -> Vec<Branch> {
+    let divides = |inst: &Inst| matches!(inst.op, Op::Quot(_) | Op::DivRound(_));
+    if !region.insts.iter().any(divides) {
+        return Vec::new();
+    }
     let mut parts = Parts {
         of: IdMap::filled(Part::None, kernel.values.len()),
+        end: region.insts.len(),
         open: Vec::new(),
         closed: Vec::new(),
     };
@@ -59,21 +64,17 @@ pub(super) fn branches(kernel: &Kernel, region: &Region) -> Vec<Branch> {
     for (place, inst) in region.insts.iter().enumerate() {
         parts.take(place, inst, &factors);
     }
-    let end = region.insts.len();
-    parts.closed.extend(parts.open.drain(..).flatten());
-    for branch in &mut parts.closed {
-        branch.before = branch.before.min(end);
+    let mut branches = parts.closed;
+    branches.extend(parts.open.into_iter().flatten());
+    branches.retain(|branch| {
+        let mut members = branch.members.iter();
+        members.any(|place| divides(&region.insts[*place]))
+    });
+    for branch in &mut branches {
         branch.results = results(region, branch);
         branch.where_zero = where_zero(kernel, region, branch);
     }
-    parts.closed.retain(|branch| {
-        let divides = |place: &usize| {
-            let op = region.insts[*place].op;
-            matches!(op, Op::Quot(_) | Op::DivRound(_))
-        };
-        branch.members.iter().any(divides)
-    });
-    parts.closed
+    branches
 }
 
 /// Values of a region that make many others 0 where they are 0, and that are never less; of those
@@ -190,6 +191,8 @@ impl Part {
 /// Branches on the way through a region.
 struct Parts {
     of: IdMap<Value, Part>,
+    /// The end of the region, before which a branch stands that no other instruction reads.
+    end: usize,
     /// By number; none: another instruction reads a result, so nothing is added.
     open: Vec<Option<Branch>>,
     closed: Vec<Branch>,
@@ -214,7 +217,7 @@ impl Parts {
             self.open.push(Some(Branch {
                 factor: inst.results[0],
                 members: Vec::new(),
-                before: usize::MAX,
+                before: self.end,
                 results: Vec::new(),
                 where_zero: Vec::new(),
             }));

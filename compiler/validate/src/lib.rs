@@ -140,9 +140,9 @@ pub fn validate(question: &Question) -> Report {
     if question.arch == Arch::V6M {
         return not_followed(question);
     }
-    let (entry, shared) = validate_entry(question);
-    let ids: Vec<ModeId> = question.modes.modes.ids().collect();
     let begun = begin(question);
+    let (entry, shared) = validate_entry(question, &begun);
+    let ids: Vec<ModeId> = question.modes.modes.ids().collect();
     let checked = parallel::map(ids, |mode| check_mode(question, &begun, mode));
     let (mut modes, used): (Vec<Verdict>, Vec<Used>) = checked.into_iter().unzip();
     refuse_clobbered(&mut modes, &used);
@@ -170,16 +170,16 @@ fn not_followed(question: &Question) -> Report {
 }
 
 /// The tick's entry, and each word that it computes.
-fn validate_entry(question: &Question) -> (Verdict, Vec<Verdict>) {
-    let mut terms = entry::terms(question);
-    let mut shared = match entry::check_entry(question, &mut terms) {
-        Ok((_, shared)) => shared,
+fn validate_entry(question: &Question, begun: &Result<Begun, Doubt>) -> (Verdict, Vec<Verdict>) {
+    let Begun { terms, shared, .. } = match begun {
+        Ok(begun) => begun,
         Err(doubt) => {
             let results = question.shared.results.iter();
             let shared = results.map(|_| unproven_entry()).collect();
-            return (Verdict::of(doubt), shared);
+            return (Verdict::of(doubt.clone()), shared);
         }
     };
+    let (mut terms, mut shared) = (terms.clone(), shared.clone());
     for (word, verdict) in shared.iter_mut().enumerate() {
         if !verdict.is_validated()
             && let Some(why) = refute_shared(question, &mut terms, word)
@@ -200,20 +200,29 @@ pub fn validate_mode(question: &Question, mode: ModeId) -> Verdict {
     check_mode(question, &begin(question), mode).0
 }
 
-/// What modes begin with, and the terms of that; none where the entry is unproven.
-fn begin(question: &Question) -> Option<(Terms, Start)> {
+/// What modes begin with.
+struct Begun {
+    /// The terms of it.
+    terms: Terms,
+    start: Start,
+    /// Each word that the entry computes.
+    shared: Vec<Verdict>,
+}
+
+/// Runs the tick's entry.
+fn begin(question: &Question) -> Result<Begun, Doubt> {
     let mut terms = entry::terms(question);
-    let (start, _) = entry::check_entry(question, &mut terms).ok()?;
-    Some((terms, start))
+    let (start, shared) = entry::check_entry(question, &mut terms)?;
+    Ok(Begun {
+        terms,
+        start,
+        shared,
+    })
 }
 
 /// One mode, with terms of its own, so that no verdict depends on another mode.
-fn check_mode(
-    question: &Question,
-    begun: &Option<(Terms, Start)>,
-    mode: ModeId,
-) -> (Verdict, Used) {
-    let Some((terms, start)) = begun else {
+fn check_mode(question: &Question, begun: &Result<Begun, Doubt>, mode: ModeId) -> (Verdict, Used) {
+    let Ok(Begun { terms, start, .. }) = begun else {
         return (unproven_entry(), Used::default());
     };
     let mut terms = terms.clone();

@@ -98,11 +98,6 @@ impl Output {
         matches!(self.kind, Kind::Object | Kind::C)
     }
 
-    /// Whether it is all that a chip needs.
-    pub fn is_whole_image(&self) -> bool {
-        matches!(self.kind, Kind::Elf | Kind::Uf2)
-    }
-
     /// Whether it is a relocatable file.
     pub fn is_object(&self) -> bool {
         self.kind == Kind::Object
@@ -148,7 +143,7 @@ impl Files<'_> {
                        a .wasm or an .fmu drives no motor";
             return Err(Failure::Usage(why.to_string()));
         }
-        if args.validate && !args.output.is_whole_image() {
+        if args.validate && !args.output.is_image() {
             let why = "--validate is for a whole image: its bytes are compared";
             return Err(Failure::Usage(why.to_string()));
         }
