@@ -1,6 +1,7 @@
 //! Compilation by Cranelift: from a Kernel to finished machine code.
 
 use super::lanes::Lanes;
+use super::memo;
 use super::translate::Translator;
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::AbiParam;
@@ -19,6 +20,8 @@ pub(super) struct Compiled {
     pub module: JITModule,
     /// Constants that the code for lanes reads.
     pub constants: Vec<u128>,
+    /// How many words are kept from one tick to the next.
+    pub kept_words: usize,
     init: FuncId,
     single: Option<FuncId>,
     lanes: Option<FuncId>,
@@ -45,16 +48,22 @@ impl Compiled {
         layout: &Layout,
     ) -> Result<Compiled, String> {
         let mut module = JITModule::new(JITBuilder::with_isa(isa()?, default_libcall_names()));
-        let alone = |region| {
+        let plan = if single && layout.keys == 1 {
+            memo::plan(kernel)
+        } else {
+            None
+        };
+        let kept_words = plan.as_ref().map_or(0, |plan| plan.words);
+        let alone = |region, plan| {
             move |f: FunctionBuilder, config| {
                 Translator::new(kernel, layout, f)
-                    .function(region)
+                    .function(region, plan)
                     .finalize(config)
             }
         };
-        let (init, ()) = define(&mut module, "init", alone(&kernel.init))?;
+        let (init, ()) = define(&mut module, "init", alone(&kernel.init, None))?;
         let single = single
-            .then(|| define(&mut module, "tick", alone(&kernel.tick)))
+            .then(|| define(&mut module, "tick", alone(&kernel.tick, plan.as_ref())))
             .transpose()?
             .map(|(id, ())| id);
         let several = |kernel| {
@@ -71,6 +80,7 @@ impl Compiled {
         Ok(Compiled {
             module,
             constants,
+            kept_words,
             init,
             single,
             lanes,

@@ -29,7 +29,10 @@
 mod compile;
 mod lanes;
 mod loop_context;
+mod memo;
 mod saturate;
+#[cfg(test)]
+mod stretch;
 mod string;
 mod translate;
 mod wave;
@@ -71,6 +74,8 @@ pub struct JitFunctions {
     raised: Vec<u32>,
     /// What a string's tick needs beside its words.
     room: Vec<i32>,
+    /// What is kept from one tick to the next.
+    kept: Vec<i64>,
     code: Option<Compiled>,
 }
 
@@ -194,6 +199,7 @@ impl JitFunctions {
             stretches,
             raised: vec![0; events * memory.layout.event_words],
             room: vec![0; string::ROOM_WORDS],
+            kept: vec![memo::NO_WORD; code.kept_words],
             code: Some(code),
         })
     }
@@ -265,6 +271,7 @@ impl JitFunctions {
             (&raw mut memory.clock).cast(),
             constants.cast(),
             self.room.as_mut_ptr().cast(),
+            self.kept.as_mut_ptr().cast(),
         ]
     }
 

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use whippen_kernel::Region;
 
 /// How many buffers there are.
-pub(super) const BUFFERS: usize = 13;
+pub(super) const BUFFERS: usize = 14;
 
 /// The buffers, in the order in which their bases are handed over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +43,8 @@ pub(super) enum Buffer {
     Constants,
     /// `*mut i32`: what a string's tick needs beside its words.
     Room,
+    /// `*mut i64`: what is kept from one tick to the next.
+    Kept,
 }
 
 impl Buffer {
@@ -61,6 +63,7 @@ impl Buffer {
         Buffer::Clock,
         Buffer::Constants,
         Buffer::Room,
+        Buffer::Kept,
     ];
 }
 
@@ -78,6 +81,8 @@ pub(super) struct Access {
     pub rows: MemFlagsData,
     /// What leaves: outputs, events, probes, counters.
     pub leaving: MemFlagsData,
+    /// What is kept.
+    pub kept: MemFlagsData,
 }
 
 impl Access {
@@ -102,6 +107,7 @@ impl Access {
             columns: region(1, "columns"),
             rows: region(2, "rows"),
             leaving: region(3, "leaving"),
+            kept: region(5, "kept"),
         }
     }
 }

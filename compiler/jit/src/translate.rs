@@ -2,16 +2,18 @@
 //! an `I64`.
 
 mod arithmetic;
+mod kept;
 mod memory;
 mod operator;
 
 use super::loop_context::{Access, LoopContext};
+use super::memo::Plan;
 use super::zero::{self, Branch, WhereZero};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I64};
 use cranelift_codegen::ir::{self, BlockArg, InstBuilder, Value};
 use cranelift_frontend::FunctionBuilder;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use whippen_ids::IdMap;
 use whippen_kernel::layout::Layout;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Walk};
@@ -25,6 +27,8 @@ pub(super) struct Translator<'a> {
     pub context: LoopContext,
     /// Values of the kernel that are translated.
     values: IdMap<whippen_kernel::Value, Value>,
+    /// The words, in the buffer of those that are kept, of values that no instruction has read yet.
+    unread: BTreeMap<whippen_kernel::Value, usize>,
     /// Whether anything is `assume`d, so that what could do harm must be looked at again.
     pub assumes: bool,
 }
@@ -61,20 +65,28 @@ impl<'a> Translator<'a> {
             access,
             context: loop_context,
             values: IdMap::filled(none, kernel.values.len()),
+            unread: BTreeMap::new(),
             assumes: kernel.assumes(),
         }
     }
 
-    /// Translates a region, run for one key after the other, as a whole function.
-    pub fn function(mut self, region: &Region) -> FunctionBuilder<'a> {
+    /// Translates a region, run for one key after the other, as a whole function; by a plan where
+    /// there is one.
+    pub fn function(mut self, region: &Region, plan: Option<&Plan>) -> FunctionBuilder<'a> {
         let keys = self.open_keys(region);
-        self.region(region);
+        match plan {
+            Some(plan) => self.planned(region, plan),
+            None => self.region(region),
+        }
         self.close_keys(keys, 1);
         self.f
     }
 
     /// Translates the instructions of a branch for a factor of 0, and as they are.
     fn branch(&mut self, region: &Region, branch: &Branch) {
+        for place in &branch.members {
+            self.read_kept(&region.insts[*place]);
+        }
         let [nothing, other, after] = [(); 3].map(|()| self.f.create_block());
         let factor = self.value(branch.factor);
         self.f.ins().brif(factor, other, &[], nothing, &[]);
@@ -190,6 +202,7 @@ impl Walk for Translator<'_> {
             if let Some(inst) = region.insts.get(place)
                 && !branches.iter().any(is_member)
             {
+                self.read_kept(inst);
                 self.inst(inst);
             }
         }

@@ -249,7 +249,7 @@ impl Parts {
 }
 
 /// What an instruction reads, and what those inside it do.
-fn reads(inst: &Inst) -> impl Iterator<Item = Value> + '_ {
+pub(super) fn reads(inst: &Inst) -> impl Iterator<Item = Value> + '_ {
     inst.all_insts().flat_map(|inst| {
         let yields = inst.regions.iter().flat_map(|region| &region.yields);
         inst.args.iter().chain(yields).copied()

@@ -2,57 +2,16 @@
 //! looked at.
 
 use super::{WhereZero, branches};
+use crate::stretch::Stretch;
 use crate::{JitCode, Options};
 use whippen_kernel::random::Rng;
-use whippen_kernel::{Builder, Interp, Kernel, Op, Range, Type, Value};
+use whippen_kernel::{Builder, Interp, Kernel, Op, Range, Type};
 
 /// What a stretch leaves.
 const LEFT: u32 = 6;
 
 /// How far from 0 the words of inputs go.
 const INPUT_MAX: u64 = 12;
-
-/// Results that fit; what would not fit is left out.
-struct Stretch {
-    b: Builder,
-    values: Vec<Value>,
-}
-
-impl Stretch {
-    fn add(&mut self, op: Op, args: &[Value]) -> Option<Value> {
-        let value = self.b.op(op, args).ok()?;
-        if self.b.ty(value) == Type::I32 {
-            self.values.push(value);
-        }
-        Some(value)
-    }
-
-    /// A value, of which those that were made last are the likeliest.
-    fn any(&self, rng: &mut Rng) -> Value {
-        let newest = self.values.len() as u64 - 1;
-        let back = if rng.below(3) > 0 { 6 } else { newest + 1 };
-        self.values[(newest - rng.below(back.min(newest + 1))) as usize]
-    }
-
-    fn any_op(&mut self, rng: &mut Rng) {
-        let [a, b, c] = std::array::from_fn(|_| self.any(rng));
-        let n = rng.below(31) as u8;
-        let same = self.b.range(a);
-        let (op, args): (Op, &[Value]) = match rng.below(14) {
-            0..=2 => (Op::MulTop, &[a, b]),
-            3 | 4 => (Op::MacTop, &[a, b, c]),
-            5 => (Op::Add, &[a, b]),
-            6 => (Op::Sub, &[a, b]),
-            7 | 8 => (Op::Shl(n), &[a]),
-            9 => (Op::SarRound(n), &[a]),
-            10 => (Op::Max, &[a, b]),
-            11 => (Op::Quot(n), &[a, b]),
-            12 => (Op::DivRound(n), &[a, b]),
-            _ => (Op::Assume(same.low, same.high), &[a]),
-        };
-        self.add(op, args);
-    }
-}
 
 /// Two factors, each of what an input is above a limit, and instructions at random.
 fn stretch(rng: &mut Rng) -> Kernel {
