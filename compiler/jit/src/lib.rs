@@ -30,9 +30,9 @@ mod compile;
 mod lanes;
 mod loop_context;
 mod memo;
-mod saturate;
 #[cfg(test)]
-mod stretch;
+mod random_insts;
+mod saturate;
 mod string;
 mod translate;
 mod wave;

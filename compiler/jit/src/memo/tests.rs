@@ -2,7 +2,7 @@
 //! interpreter.
 
 use super::{Memo, Step, plan};
-use crate::stretch::Stretch;
+use crate::random_insts::RandomInsts;
 use crate::{JitCode, Options};
 use whippen_kernel::random::Rng;
 use whippen_kernel::{Builder, Interp, Kernel, Op, Range, Type, Value};
@@ -30,7 +30,7 @@ fn tick(rng: &mut Rng) -> Kernel {
     b.begin_tick();
     let numbers = [0, 4, 1 << 20, -77];
     let numbers = numbers.map(|number| b.constant(Type::I32, number).expect("a word"));
-    let mut stretch = Stretch {
+    let mut stretch = RandomInsts {
         b,
         values: Vec::new(),
     };
@@ -75,13 +75,13 @@ fn tick(rng: &mut Rng) -> Kernel {
     stretch.b.finish()
 }
 
-fn set(stretch: &mut Stretch, cell: u32, value: Value) {
+fn set(stretch: &mut RandomInsts, cell: u32, value: Value) {
     let set = stretch.b.effect(Op::Set(cell), &[value]);
     set.expect("a cell of all words");
 }
 
 /// A cell goes half of the way to a live value.
-fn glide(stretch: &mut Stretch, cell: u32, live: u32) {
+fn glide(stretch: &mut RandomInsts, cell: u32, live: u32) {
     let held = stretch.add(Op::Get(cell), &[]).expect("a cell");
     let wanted = stretch.add(Op::Live(live), &[]).expect("a live value");
     let way = stretch.add(Op::SubSat, &[wanted, held]).expect("saturates");

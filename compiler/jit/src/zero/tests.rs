@@ -2,7 +2,7 @@
 //! looked at.
 
 use super::{WhereZero, branches};
-use crate::stretch::Stretch;
+use crate::random_insts::RandomInsts;
 use crate::{JitCode, Options};
 use whippen_kernel::random::Rng;
 use whippen_kernel::{Builder, Interp, Kernel, Op, Range, Type};
@@ -24,7 +24,7 @@ fn stretch(rng: &mut Rng) -> Kernel {
     b.begin_tick();
     let numbers = [0, 4, 1 << 20, -77];
     let values = numbers.map(|number| b.constant(Type::I32, number).expect("a word"));
-    let mut stretch = Stretch {
+    let mut stretch = RandomInsts {
         b,
         values: values.to_vec(),
     };

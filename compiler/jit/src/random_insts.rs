@@ -4,12 +4,12 @@ use whippen_kernel::random::Rng;
 use whippen_kernel::{Builder, Op, Type, Value};
 
 /// What is made.
-pub(crate) struct Stretch {
+pub(crate) struct RandomInsts {
     pub b: Builder,
     pub values: Vec<Value>,
 }
 
-impl Stretch {
+impl RandomInsts {
     /// Adds an instruction whose result fits.
     pub fn add(&mut self, op: Op, args: &[Value]) -> Option<Value> {
         let value = self.b.op(op, args).ok()?;
