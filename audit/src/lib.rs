@@ -120,6 +120,18 @@ pub fn number_of(kernels: &str) -> u64 {
 /// # Errors
 /// The first claim that does not hold.
 pub fn audit(elf: &Elf, certificate: &Certificate) -> Result<Vec<Checked>, Refusal> {
+    let core = check_image(elf, certificate)?;
+    let frames = certificate.frames.iter();
+    frames
+        .map(|frame| check_frame(elf, certificate, &core, frame))
+        .collect()
+}
+
+/// Checks what a certificate claims of a whole image; gives its core.
+///
+/// # Errors
+/// The first claim that does not hold.
+pub fn check_image(elf: &Elf, certificate: &Certificate) -> Result<Core, Refusal> {
     let core = core_of(&certificate.core);
     let core = core.ok_or_else(|| Refusal::new(format!("`{}` is no core", certificate.core)))?;
     if table_of(&core) != certificate.table {
@@ -137,10 +149,19 @@ pub fn audit(elf: &Elf, certificate: &Certificate) -> Result<Vec<Checked>, Refus
     certificate
         .is_well_formed()
         .map_err(|why| Refusal::new(why.into()))?;
-    let mut checked = Vec::new();
-    for frame in &certificate.frames {
-        let around = Around::new(certificate, elf, frame.core)?;
-        checked.push(frame::check_frame(certificate, &around, &core, frame)?);
-    }
-    Ok(checked)
+    Ok(core)
+}
+
+/// Checks what a certificate claims of a frame.
+///
+/// # Errors
+/// The first claim that does not hold.
+pub fn check_frame(
+    elf: &Elf,
+    certificate: &Certificate,
+    core: &Core,
+    frame: &Frame,
+) -> Result<Checked, Refusal> {
+    let around = Around::new(certificate, elf, frame.core)?;
+    frame::check_frame(certificate, &around, core, frame)
 }

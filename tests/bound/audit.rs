@@ -5,7 +5,7 @@
 
 use whippen_compiler::Rng;
 use whippen_compiler::audit::{Certificate, Elf, Refusal, audit, check_ranges};
-use whippen_compiler::image::{SectionKind, executable, executable_certified};
+use whippen_compiler::image::{SectionKind, executable, Executable};
 use whippen_compiler::pipeline;
 use whippen_emulator::BoardKind;
 
@@ -42,7 +42,7 @@ fn every_instrument_is_audited() {
         let certificate =
             certified(&image, &kernel).unwrap_or_else(|why| panic!("{}: {why}", image.name()));
         let text = certificate.to_string();
-        let file = executable_certified(&image.whole.image, &[], &text, &kernel);
+        let file = Executable::new(&image.whole.image, &[]).certified(&text, &kernel);
         let elf = Elf::read(&file).expect("it is an ELF file");
         let text = elf.certificate.as_deref().expect("it has a certificate");
         let kernels = elf.kernels.as_deref().expect("it has its Kernel");

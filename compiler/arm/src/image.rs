@@ -41,7 +41,7 @@ mod uf2;
 mod unwind;
 mod variables;
 
-pub use elf::{executable, executable_certified, relocatable};
+pub use elf::{Executable, executable, relocatable};
 pub use fixup::FixupError;
 pub use lines::{Place, places};
 pub use link::{Input, LinkError, link};

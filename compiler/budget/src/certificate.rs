@@ -21,6 +21,7 @@ use whippen_arm::thumb::POINTS;
 use whippen_audit as audit;
 use whippen_audit::{Around, Certificate, Elf, Frame, Function, Kind, Refusal};
 use whippen_board::Board;
+use whippen_deterministic::parallel;
 use whippen_firmware::{CoreCode, DEAD, FirmwareImage, RUNNING};
 use whippen_keyboard::{CoreId, ProgramId};
 
@@ -94,16 +95,17 @@ pub fn certificate(
     certificate.dead = find(program, DEAD)?;
     certificate.targets = program.annotations.targets.clone().into_iter().collect();
     certificate.frames = empty_frames(image, program)?;
-    for number in 0..certificate.frames.len() {
-        let frame = Framed {
-            image,
-            program,
-            board,
-            elf: &elf,
-            certificate: &certificate,
-        };
-        let functions = frame.functions(number)?;
-        certificate.frames[number].functions = functions;
+    let framed = Framed {
+        image,
+        program,
+        board,
+        elf: &elf,
+        certificate: &certificate,
+    };
+    let numbers = (0..certificate.frames.len()).collect();
+    let functions = parallel::map(numbers, |number| framed.functions(number));
+    for (number, functions) in functions.into_iter().enumerate() {
+        certificate.frames[number].functions = functions?;
         let around = Around::new(&certificate, &elf, certificate.frames[number].core)?;
         let core = board.timing().at_worst();
         let (parts, stack) = audit::sums(&around, &core, &certificate.frames[number])?;
@@ -112,7 +114,12 @@ pub fn certificate(
         frame.stack = stack;
     }
     // What its own checker does not follow is no certificate.
-    audit::audit(&elf, &certificate)?;
+    let core = audit::check_image(&elf, &certificate)?;
+    let frames = certificate.frames.iter().collect();
+    let checked = parallel::map(frames, |frame| {
+        audit::check_frame(&elf, &certificate, &core, frame).map(|_| ())
+    });
+    checked.into_iter().collect::<Result<(), _>>()?;
     audit::check_ranges(kernels)?;
     Ok(certificate)
 }

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use whippen_compiler::board::{SoundPort, Wire};
 use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
 use whippen_compiler::image::{
-    Board, Image, Variables, executable, executable_certified, listing, map, uf2,
+    Board, Executable, Image, Variables, executable, listing, map, uf2,
 };
+use whippen_compiler::parallel::both;
 use whippen_compiler::pipeline::{self, Compiled};
 use whippen_compiler::variables::variables;
 use whippen_runtime::files::{FileError, write_whole};
@@ -245,13 +246,10 @@ impl Files<'_> {
         let validated = (args.validate)
             .then(|| Validated::of(setup, &built, instruments))
             .transpose()?;
-        let file = match family {
-            Some(family) => uf2(&image, family, unproven.as_deref()),
-            None => executable(&image, &variables, unproven.as_deref()),
-        };
         let file = match (family, &unproven) {
-            (None, None) => self.certified(instruments, &built, &variables, file),
-            _ => file,
+            (Some(family), why) => uf2(&image, family, why.as_deref()),
+            (None, None) => self.certified(instruments, &built, &variables),
+            (None, why) => executable(&image, &variables, why.as_deref()),
         };
         Ok(MadeImage {
             path: self.of_chip(&args.output.path),
@@ -263,25 +261,29 @@ impl Files<'_> {
         })
     }
 
-    /// The same file with its certificate, where it has one.
+    /// The file of an image that is proven, with its certificate, where it has one.
     fn certified(
         &self,
         instruments: &[ImageInstrument],
         built: &FirmwareImage,
         variables: &[Variables],
-        file: Vec<u8>,
     ) -> Vec<u8> {
+        let (image, board) = (&built.image, &self.setup.board);
         let rate_hz = self.setup.first().model.rate_hz;
         let kernels = instruments.iter().map(|own| own.modes.kernel.to_string());
         let kernels = kernels.collect::<String>();
-        match pipeline::certify(built, &self.setup.board, rate_hz, &kernels, &file) {
-            Ok(certificate) => {
-                let certificate = certificate.to_string();
-                executable_certified(&built.image, variables, &certificate, &kernels)
-            }
+        let (certificate, file) = both(
+            || {
+                let bare = Executable::bare(image).file(None);
+                pipeline::certify(built, board, rate_hz, &kernels, &bare)
+            },
+            || Executable::new(image, variables),
+        );
+        match certificate {
+            Ok(certificate) => file.certified(&certificate.to_string(), &kernels),
             Err(why) => {
                 say!("it has no certificate for `whippen audit`: {why}");
-                file
+                file.file(None)
             }
         }
     }

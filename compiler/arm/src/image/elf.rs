@@ -36,81 +36,99 @@ const NOTE_OWNER: &str = "Whippen";
 /// A note of this kind says what is not proven.
 const NOTE_UNPROVEN: u32 = 0x100;
 
-/// The image as an executable, with its symbols, lines and variables; one that is not proven to be
-/// in time has a note that says why.
-pub fn executable(image: &Image, variables: &[Variables], unproven: Option<&str>) -> Vec<u8> {
-    with_certificate(image, variables, unproven, None)
+/// An image as an executable, with its symbols, lines and variables.
+#[derive(Debug)]
+pub struct Executable<'a> {
+    image: &'a Image,
+    /// Names and bytes of the sections for debuggers.
+    debug: Vec<(&'static str, Vec<u8>)>,
 }
 
-/// The same with a certificate and the Kernels that it is of, as texts in sections that are not
-/// loaded.
-pub fn executable_certified(
-    image: &Image,
-    variables: &[Variables],
-    certificate: &str,
-    kernels: &str,
-) -> Vec<u8> {
-    with_certificate(image, variables, None, Some([certificate, kernels]))
-}
-
-fn with_certificate(
-    image: &Image,
-    variables: &[Variables],
-    unproven: Option<&str>,
-    certificate: Option<[&str; 2]>,
-) -> Vec<u8> {
-    let mut file = File::new(Some(image.entry | 1));
-    for Linked {
-        name,
-        kind,
-        bytes,
-        size,
-        run,
-        ..
-    } in &image.sections
-    {
-        file.add(Part::of(name, *kind, bytes.clone(), *size).at(*run));
-    }
-    image
-        .segments
-        .iter()
-        .for_each(|segment| file.segment(segment));
-    let code: Vec<Code> = (0..image.sections.len())
-        .filter_map(|index| linked_code(image, index))
-        .collect();
-    let flow = flow::of_image(image);
-    let state = |name: &str| {
-        let symbol = image.symbols.iter().find(|symbol| symbol.name == name)?;
-        let section = symbol.section?;
-        Some((section, symbol.address - image.sections[section].run))
-    };
-    let program = dwarf::Described {
-        code: &code,
-        flow: &flow,
-        rows: &unwind::rows(&flow),
-        variables: placed(variables, state),
-    };
-    for debug in dwarf::sections(&program) {
-        let address = |to: &To| {
-            if let To::Code(index) = to {
-                image.sections[*index].run
-            } else {
-                0
-            }
+impl<'a> Executable<'a> {
+    /// An image whose keys have such variables.
+    pub fn new(image: &'a Image, variables: &[Variables]) -> Executable<'a> {
+        let code: Vec<Code> = (0..image.sections.len())
+            .filter_map(|index| linked_code(image, index))
+            .collect();
+        let flow = flow::of_image(image);
+        let state = |name: &str| {
+            let symbol = image.symbols.iter().find(|symbol| symbol.name == name)?;
+            let section = symbol.section?;
+            Some((section, symbol.address - image.sections[section].run))
         };
-        file.add(Part::debug(debug.name, debug.filled(address)));
+        let program = dwarf::Described {
+            code: &code,
+            flow: &flow,
+            rows: &unwind::rows(&flow),
+            variables: placed(variables, state),
+        };
+        let address = |to: &To| match to {
+            To::Code(index) => image.sections[*index].run,
+            To::Debug(_) => 0,
+        };
+        let debug = dwarf::sections(&program).into_iter();
+        Executable {
+            image,
+            debug: debug
+                .map(|section| (section.name, section.filled(address)))
+                .collect(),
+        }
     }
-    if let Some(why) = unproven {
-        let note = Part::note(UNPROVEN_SECTION, NOTE_OWNER, NOTE_UNPROVEN, why);
-        file.add(note);
+
+    /// What is loaded alone, for programs and not for debuggers.
+    pub fn bare(image: &'a Image) -> Executable<'a> {
+        Executable {
+            image,
+            debug: Vec::new(),
+        }
     }
-    if let Some([text, kernels]) = certificate {
-        file.add(Part::debug(CERTIFICATE_SECTION, text.into()));
-        file.add(Part::debug(KERNELS_SECTION, kernels.into()));
+
+    /// The file; one that is not proven to be in time has a note that says why.
+    pub fn file(&self, unproven: Option<&str>) -> Vec<u8> {
+        let note = |why| Part::note(UNPROVEN_SECTION, NOTE_OWNER, NOTE_UNPROVEN, why);
+        self.with(unproven.map(note))
     }
-    let mut symbols = Symbols::new(file.parts());
-    symbols.add(image_symbols(image));
-    file.finish(&symbols, &attributes::section(image.arch, true))
+
+    /// The file with a certificate and the Kernels that it is of, as texts in sections that are
+    /// not loaded.
+    pub fn certified(&self, certificate: &str, kernels: &str) -> Vec<u8> {
+        self.with([
+            Part::debug(CERTIFICATE_SECTION, certificate.into()),
+            Part::debug(KERNELS_SECTION, kernels.into()),
+        ])
+    }
+
+    fn with(&self, more: impl IntoIterator<Item = Part>) -> Vec<u8> {
+        let image = self.image;
+        let mut file = File::new(Some(image.entry | 1));
+        for Linked {
+            name,
+            kind,
+            bytes,
+            size,
+            run,
+            ..
+        } in &image.sections
+        {
+            file.add(Part::of(name, *kind, bytes.clone(), *size).at(*run));
+        }
+        image
+            .segments
+            .iter()
+            .for_each(|segment| file.segment(segment));
+        for (name, bytes) in &self.debug {
+            file.add(Part::debug(name, bytes.clone()));
+        }
+        more.into_iter().for_each(|part| file.add(part));
+        let mut symbols = Symbols::new(file.parts());
+        symbols.add(image_symbols(image));
+        file.finish(&symbols, &attributes::section(image.arch, true))
+    }
+}
+
+/// The file of an image, with what debuggers want.
+pub fn executable(image: &Image, variables: &[Variables], unproven: Option<&str>) -> Vec<u8> {
+    Executable::new(image, variables).file(unproven)
 }
 
 /// What an image names.
