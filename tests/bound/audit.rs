@@ -5,7 +5,7 @@
 
 use whippen_compiler::Rng;
 use whippen_compiler::audit::{Certificate, Elf, Refusal, audit, check_ranges};
-use whippen_compiler::image::{SectionKind, executable, Executable};
+use whippen_compiler::image::{Executable, SectionKind, executable};
 use whippen_compiler::pipeline;
 use whippen_emulator::BoardKind;
 

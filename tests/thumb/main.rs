@@ -9,8 +9,13 @@ mod frame;
 mod instruments;
 mod listing;
 mod minute;
+mod programs;
+#[path = "../it/random_programs/progress.rs"]
+mod progress;
 mod random;
 mod string;
 mod target;
+#[path = "../it/random_programs/text.rs"]
+mod text;
 #[path = "../it/minute/words.rs"]
 mod words;

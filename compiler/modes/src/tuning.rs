@@ -67,3 +67,7 @@ pub(crate) const BOOL_USES: usize = 64;
 /// Blocks that are compared one below the other when equal tails are merged; behind that two
 /// blocks are the same only if they lead to the same block.
 pub(crate) const TAIL_DEEP: usize = 100;
+
+/// Rounds in which what modes are entered with is widened to what others leave; behind that it is all
+/// that a cell holds.
+pub(crate) const WIDENING_ROUNDS: usize = 8;

@@ -9,6 +9,7 @@
 
 use super::facts::{self, Facts, meet};
 use super::graph::{Graph, Kind, NodeId};
+use super::tuning;
 use super::{Block, BlockId, End, Mode, ModeId, Modes, Target};
 use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Op, Range, Region, Type, Value, ValueInfo, VerifyError};
@@ -29,25 +30,62 @@ pub fn verify(modes: &Modes) -> Result<(), Vec<VerifyError>> {
     }
 }
 
-/// Declares values as wide as they are proven again.
+/// Declares values, and what modes are entered with, as wide as they are proven again.
 ///
 /// Who made a mode followed a path of decisions, and may have known of a value what no branch in
-/// the code says any more, because the condition was simplified after the fact was drawn from it.
-/// A wider range is as true, so only what does not fit even then is a failure of [`verify`].
+/// the code says any more: because the condition was simplified after the fact was drawn from it,
+/// or because the code behind it became that of another path, too. A wider range is as true, so only
+/// what does not fit even then is a failure of [`verify`].
 pub fn widen(modes: &mut Modes) {
     let mut ignored = Vec::new();
-    let values: Vec<IdMap<Value, ValueInfo>> = modes
-        .modes
-        .iter()
-        .map(|mode| {
+    for round in 0..=tuning::WIDENING_ROUNDS {
+        let mut entries: IdMap<ModeId, Vec<Range>> =
+            modes.modes.iter().map(|mode| mode.cells.clone()).collect();
+        let mut all = Vec::new();
+        for mode in &modes.modes {
             let mut checker = Checker::of(modes, mode, &mut ignored, true);
             checker.mode();
-            checker.values
-        })
-        .collect();
-    for (mode, values) in modes.modes.iter_mut().zip(values) {
-        mode.values = values;
+            for (next, cell, range) in checker.left {
+                let (entry, declared) = (&mut entries[next][cell], modes.kernel.cells[cell].range);
+                // What memory does not hold is wider than anything that is declared.
+                if !entry.contains(range) && declared.contains(range) {
+                    *entry = match round {
+                        tuning::WIDENING_ROUNDS => declared,
+                        _ => entry.union(range),
+                    };
+                }
+            }
+            all.push(checker.values);
+        }
+        for (mode, values) in modes.modes.iter_mut().zip(all) {
+            mode.values = values;
+        }
+        if !enter_wider(modes, entries) {
+            return;
+        }
     }
+}
+
+/// Has modes entered with wider ranges; whether any is wider. Modes that could not be told apart
+/// any more stay as they are.
+fn enter_wider(modes: &mut Modes, entries: IdMap<ModeId, Vec<Range>>) -> bool {
+    let are_apart = |a: &[Range], b: &[Range]| {
+        let mut cells = a.iter().zip(b);
+        cells.any(|(a, b)| meet(*a, *b).is_empty())
+    };
+    let ids: Vec<ModeId> = modes.modes.ids().collect();
+    let told_apart = |a: &ModeId| {
+        let mut others = ids.iter().filter(|b| *b != a);
+        others.all(|b| are_apart(&entries[*a], &entries[*b]))
+    };
+    let mut wider = false;
+    if ids.iter().all(told_apart) {
+        for (mode, cells) in modes.modes.iter_mut().zip(entries.iter()) {
+            wider |= mode.cells != *cells;
+            mode.cells.clone_from(cells);
+        }
+    }
+    wider
 }
 
 /// What is known somewhere.
@@ -89,6 +127,8 @@ struct Checker<'a> {
     declared: IdMap<NodeId, Range>,
     entries: IdMap<BlockId, Option<State>>,
     errors: &'a mut Vec<VerifyError>,
+    /// What modes are left for, where ranges are widened: where each cell is then.
+    left: Vec<(ModeId, usize, Range)>,
     place: String,
 }
 
@@ -111,6 +151,7 @@ impl<'a> Checker<'a> {
             declared: IdMap::new(),
             entries: IdMap::filled(None, mode.blocks.len()),
             errors,
+            left: Vec::new(),
             place: String::new(),
         }
     }
@@ -260,7 +301,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn next(&self, next: ModeId, state: &State) -> Result<(), Fault> {
+    fn next(&mut self, next: ModeId, state: &State) -> Result<(), Fault> {
         let mode = self
             .modes
             .modes
@@ -273,7 +314,10 @@ impl<'a> Checker<'a> {
             .filter(|(cell, _)| !mode.known[*cell])
         {
             let (name, range) = (&self.modes.kernel.cells[cell].name, mode.cells[cell]);
-            if !range.contains(self.within(*held, state)) {
+            let left = self.within(*held, state);
+            if self.widens {
+                self.left.push((next, cell, left));
+            } else if !range.contains(left) {
                 return Err(format!(
                     "leaves {name} in {held:?}, where mode {next} takes {range}"
                 ));

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 
 use whippen_compiler::board::{SoundPort, Wire};
 use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
-use whippen_compiler::image::{
-    Board, Executable, Image, Variables, executable, listing, map, uf2,
-};
+use whippen_compiler::image::{Board, Executable, Image, Variables, executable, listing, map, uf2};
 use whippen_compiler::parallel::both;
 use whippen_compiler::pipeline::{self, Compiled};
 use whippen_compiler::variables::variables;

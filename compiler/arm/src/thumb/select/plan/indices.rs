@@ -39,10 +39,16 @@ const ADDEND_MAX: i64 = i16::MAX as i64;
 ///
 /// Those of tables are marked where addresses may take constants up (`in_addresses`), if the
 /// constant alone is a row; whether they must be held inside is asked where a row is read.
+///
+/// What such a sum is made of has the sum's accesses for users: where these stand in several
+/// blocks, it cannot wait for the first of them.
 pub(super) fn find_sums(plan: &mut Plan, kernel: &Kernel, blocks: &[&[Inst]], in_addresses: bool) {
     let mut uses = IdMap::filled(0_u32, plan.len());
     let mut constants_max = IdMap::filled(i64::MAX, plan.len());
-    for inst in blocks.iter().flat_map(|insts| all_insts(insts)) {
+    let mut first_block = IdMap::filled(None, plan.len());
+    let mut in_several = IdMap::filled(false, plan.len());
+    let numbered = blocks.iter().enumerate();
+    for (block, inst) in numbered.flat_map(|(at, insts)| all_insts(insts).map(move |i| (at, i))) {
         let Some(index) = index_of(inst) else {
             continue;
         };
@@ -57,6 +63,7 @@ pub(super) fn find_sums(plan: &mut Plan, kernel: &Kernel, blocks: &[&[Inst]], in
             (_, None) => false,
         };
         uses[index] += u32::from(is_marked);
+        in_several[index] |= *first_block[index].get_or_insert(block) != block;
     }
     // In a loop addresses change from round to round, and uses count more than once.
     for inst in blocks.iter().flat_map(|insts| insts.iter()) {
@@ -67,8 +74,12 @@ pub(super) fn find_sums(plan: &mut Plan, kernel: &Kernel, blocks: &[&[Inst]], in
         let constant = |value| (range(value).low == range(value).high).then(|| range(value).low);
         if uses[result] > 0 && uses[result] == plan[result].uses {
             let most = constants_max[result];
-            plan[result].index = parts_of_index(inst, constant)
+            let parts = parts_of_index(inst, constant)
                 .filter(|(_, k)| most == i64::MAX || (0..=most).contains(k));
+            if let Some((part, _)) = parts.filter(|_| in_several[result]) {
+                plan[part].uses += 1;
+            }
+            plan[result].index = parts;
         }
     }
 }
