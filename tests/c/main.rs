@@ -5,6 +5,7 @@
 //! cargo test --test c                             every instrument, on everything recorded; 5000 random kernels here, and in QEMU
 //! WHIPPEN_KERNELS=100000 cargo test --test c      so many
 //! WHIPPEN_TICKS=2646000 cargo test --test c minute    a minute of noise for what has strings
+//! WHIPPEN_PROGRAMS=20000 WHIPPEN_TICKS=10000 WHIPPEN_RESUME=search-c.txt cargo test --test c programs -- --nocapture
 //! ```
 
 mod case;
@@ -16,6 +17,10 @@ mod toolchain;
 #[expect(dead_code, reason = "other tests want more of it")]
 mod common;
 
+#[path = "../it/random_programs/progress.rs"]
+mod progress;
+#[path = "../it/random_programs/text.rs"]
+mod text;
 #[path = "../it/minute/words.rs"]
 mod words;
 
@@ -25,6 +30,7 @@ use whippen_compiler::kernel::{Kernel, parse, verify, without_probes};
 
 use case::Case;
 use program::{agree, agree_on};
+use progress::Progress;
 use toolchain::{Find, Toolchain, clang, cortex_m33, gcc};
 
 const LAYOUTS: [Layout; 2] = [Layout::Records, Layout::Columns];
@@ -307,4 +313,33 @@ fn a_small_kernel_reads_well() {
             format!("{}\n{}", source.header, source.body)
         );
     }
+}
+
+/// How many random programs, where the environment does not say, and how many C holds together.
+const PROGRAMS: u64 = 8;
+const TOGETHER: u64 = 4;
+
+/// Random programs under words and live values at random, by GCC and Clang in turns.
+#[test]
+fn random_programs() {
+    let (Some(gcc), Some(clang)) = (gcc(QUICK), clang(QUICK)) else {
+        return;
+    };
+    let all = whippen_need::count("WHIPPEN_PROGRAMS", PROGRAMS);
+    let mut progress = Progress::resume();
+    while progress.programs < all {
+        let batch = (progress.programs..all).take(TOGETHER as usize);
+        let case = |seed: u64| {
+            let name = format!("random {seed}");
+            let compiled = common::compiled(&name, &text::program(seed), &[]).remove(0);
+            let kernel = without_probes(&compiled.lowered.kernel);
+            Case::noise(kernel, LAYOUTS[seed as usize % 2], words::ticks())
+        };
+        let cases: Vec<Case> = batch.map(case).collect();
+        let compiler = [&gcc, &clang][(progress.programs / TOGETHER % 2) as usize];
+        agree(compiler, &cases);
+        progress.add(cases.len() as u64, (cases.len() * words::ticks()) as u64);
+        println!("{} programs, {} ticks", progress.programs, progress.ticks);
+    }
+    assert!(progress.ticks > 0);
 }
