@@ -411,25 +411,22 @@ fn divide(op: Op, dividend: ValueInfo, divisor: ValueInfo) -> (i128, i128) {
         })
 }
 
-/// What rounds by a 2^14th of itself at most, and once down to a word.
+/// About `a 2^n / b`, 0 where `b` is not positive. Its divisor has the 16 highest bits of `b`, so it
+/// is at most by 1 in 2^15 too small, and the quotient as much too large; shifts round downwards.
 fn quotient(op: Op, dividend: ValueInfo, divisor: ValueInfo) -> (i128, i128) {
-    let (low, high) = divide(op, dividend, divisor);
-    let slack = |end: i128| (end.abs() >> 12) + 2;
-    let Range {
-        low: least,
-        high: most,
-    } = QUOTIENTS;
-    let below = if dividend.range.low < 0 {
-        low - slack(low)
-    } else {
-        low
-    };
-    let above = if dividend.range.high > 0 {
-        high + slack(high)
-    } else {
-        high
-    };
-    (below.max(least.into()), above.min(most.into()))
+    let n = op.immediates()[0];
+    let Range { low, high } = dividend.range;
+    if divisor.range.high < 1 {
+        return (0, 0);
+    }
+    let least = i128::from(divisor.range.low.max(1));
+    let most = |end: i64| ((i128::from(end).abs() << n) << 15) / (least * ((1 << 15) - 1));
+    let below = if low < 0 { -most(low) - 1 } else { 0 };
+    let above = if high > 0 { most(high) } else { 0 };
+    (
+        below.max(QUOTIENTS.low.into()),
+        above.min(QUOTIENTS.high.into()),
+    )
 }
 
 fn equal(a: Range, b: Range) -> (i128, i128) {
