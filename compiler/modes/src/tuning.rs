@@ -68,6 +68,6 @@ pub(crate) const BOOL_USES: usize = 64;
 /// blocks are the same only if they lead to the same block.
 pub(crate) const TAIL_DEEP: usize = 100;
 
-/// Rounds in which what modes are entered with is widened to what others leave; behind that it is all
-/// that a cell holds.
+/// Rounds in which what modes are entered with is widened to what others leave; behind that it is
+/// all that a cell holds.
 pub(crate) const WIDENING_ROUNDS: usize = 8;
