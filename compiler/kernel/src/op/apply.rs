@@ -412,7 +412,7 @@ fn divide(op: Op, dividend: ValueInfo, divisor: ValueInfo) -> (i128, i128) {
 }
 
 /// About `a 2^n / b`, 0 where `b` is not positive. Its divisor has the 16 highest bits of `b`, so
-/// it is at most by 1 in 2^15 too small, and the quotient as much too large; shifts round downwards.
+/// it is at most by 1 in 2^15 too small, and the quotient as much too large; shifts round down.
 fn quotient(op: Op, dividend: ValueInfo, divisor: ValueInfo) -> (i128, i128) {
     let n = op.immediates()[0];
     let Range { low, high } = dividend.range;
