@@ -118,10 +118,12 @@ fn warning(model: &Model, update: &Update, band: DeadBand) -> Diagnostic {
     let message = match band.part {
         Some(_) => format!("`{name}` may come to rest up to {width} from where it goes"),
         None if every_tick => {
-            let slowest = shown(
-                significant(band.width * per_second),
-                cell.dim.div(Dim::TIME),
-            );
+            let slowest = significant(band.width * per_second);
+            // A number a second would be told as an angle's rate.
+            let slowest = match cell.dim {
+                Dim::NUMBER => format!("{slowest} a second"),
+                dim => shown(slowest, dim.div(Dim::TIME)),
+            };
             format!("`{name}` may miss what adds less than {slowest} to it")
         }
         None => format!("`{name}` may miss what adds less than {width} to it"),
