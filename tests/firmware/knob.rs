@@ -36,8 +36,7 @@ fn every_start_finds_the_motor() {
 /// Detents, a stop, and the driver's fault while it plays.
 #[test]
 fn a_hand_feels_what_the_program_says() {
-    let mut bench = Bench::new(PARTS);
-    bench.pass_ms(START_MS + 30);
+    let mut bench = Bench::started();
     let from = bench.angle();
     assert_eq!((bench.faults(), bench.knob().is_driven()), (0, true));
     bench.knob().hand.place_rad = from;
@@ -92,8 +91,7 @@ fn timing(bench: &mut Bench) {
 /// How far a stop lets itself be pressed in, some 145 degrees from the start.
 #[test]
 fn a_stop_is_as_stiff_as_the_program_says() {
-    let mut bench = Bench::new(PARTS);
-    bench.pass_ms(START_MS + 30);
+    let mut bench = Bench::started();
     let from = bench.angle();
     bench.knob().hand.place_rad = from;
     for quarter in 1..=4 {

@@ -34,6 +34,12 @@ pub(super) const KNOB_START: Source<'static> = Source {
     text: include_str!("knob_start.s"),
 };
 
+/// What of that is kept for the next start.
+pub(super) const KNOB_STORE: Source<'static> = Source {
+    name: "firmware/knob_store.s",
+    text: include_str!("knob_store.s"),
+};
+
 /// A tick with a bench of keys on the chip's pins.
 pub(super) const BENCH: Source<'static> = Source {
     name: "firmware/bench.s",

@@ -5,8 +5,8 @@ use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
 use super::board_texts::{
-    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, KNOBS, RP2,
-    RP2350_START, UNHEARD,
+    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, KNOB_STORE,
+    KNOBS, RP2, RP2350_START, UNHEARD,
 };
 use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
@@ -107,7 +107,7 @@ const TEXTS: &[Texts] = &[
         parts: Parts::Knob,
         clock_hz: 150_000_000,
         tick: KNOB,
-        rest: &[RP2350_START, RP2, KNOB_START],
+        rest: &[RP2350_START, RP2, KNOB_START, KNOB_STORE],
         constants: RP2350,
         devices: KNOB_DEVICES,
     },
@@ -118,7 +118,7 @@ const TEXTS: &[Texts] = &[
         parts: Parts::Knobs,
         clock_hz: 150_000_000,
         tick: KNOBS,
-        rest: &[RP2350_START, RP2, KNOB_START],
+        rest: &[RP2350_START, RP2, KNOB_START, KNOB_STORE],
         constants: RP2350,
         devices: KNOB_DEVICES,
     },

@@ -50,8 +50,9 @@ board_begin:
         str     r12, [r2, #K_FRAME_ANGLE]
         sub     r1, r1, r3
         ldr     r3, [r2, #K_POSITION]
-        add     r3, r3, r1
+        qadd    r3, r3, r1              @ 131072 turns
         str     r3, [r2, #K_POSITION]
+        ssat    r3, #15, r3
         lsls    r3, r3, #2
         add     r3, r3, #32768
         usat    r3, #16, r3             @ beyond half a turn it stays at the end
