@@ -155,6 +155,19 @@ fn a_sensor_that_fails_disables_the_driver() {
     }
 }
 
+/// Without a magnet from the beginning it is never enabled, not even for a tick.
+#[test]
+fn a_sensor_without_its_magnet_enables_nothing() {
+    let mut bench = Bench::new(PARTS);
+    bench.knob().set_sensor_fault(SensorFault::Field(1));
+    bench.machine.bus.pins.record();
+    bench.pass_ms(20);
+    let changes = bench.machine.bus.pins.take_changes();
+    let enabled = |levels: u64| levels >> PINS.enable & 1 != 0;
+    assert!(changes.len() > 100 && !changes.iter().any(|own| enabled(own.levels)));
+    assert_eq!(bench.faults(), 64);
+}
+
 #[test]
 fn a_driver_or_a_processor_that_fails_disables_it() {
     let mut bench = Bench::new(PARTS);
