@@ -8,8 +8,8 @@
 //! start goes as after the chip's own boot ROM: core 0 from the image's vector table, core 1 of an
 //! RP waiting in ROM for its start over the FIFO.
 //!
-//! Not here, and answered with a bus fault: USB, SPI, I2C, RTC, OTP, the flash
-//! chip's own interface, HSTX, SHA-256, TRNG. Flash reads as memory that is always in the cache.
+//! Not here, and answered with a bus fault: USB, SPI, I2C, RTC, OTP, RP2040's interface of the
+//! flash chip, HSTX, SHA-256, TRNG. Flash reads as memory that is always in the cache.
 
 use crate::board::{Board, BoardError, CoreKind, Region};
 use crate::bus::{Bus, DeviceId, Waits};
@@ -24,6 +24,7 @@ use crate::device::iobank::{IoBank, PadsBank};
 use crate::device::pio::{Pio, PioLayout};
 use crate::device::power::{Power, Stages, Ticks, Watchdog, Wiring};
 use crate::device::pwm::{Pwm, PwmLayout};
+use crate::device::qmi::Qmi;
 use crate::device::registers::{Registers, Row};
 use crate::device::sio::{Chip, Sio};
 use crate::device::timer::Timer;
@@ -164,6 +165,8 @@ struct ChipTable {
     /// Base and interrupt of the converter, which no chip has.
     converter: (u32, usize),
     busctrl: u32,
+    /// The interface of the flash chip, and how many bytes that has.
+    qmi: Option<(u32, u32)>,
     bootram: Option<u32>,
 }
 
@@ -267,6 +270,10 @@ fn attach(chip: &'static ChipTable, bus: &mut Bus, setup: ConverterSetup) -> Por
     bus.attach(base, BLOCK, PERIPHERAL, Box::new(watchdog));
     attach_paced(chip, bus, uarts);
     bus.attach(chip.busctrl, BLOCK, PERIPHERAL, Box::new(BusCtrl::new()));
+    if let Some((base, bytes)) = chip.qmi {
+        let qmi = Qmi::new(chip.vectors, bytes, clock_hz);
+        bus.attach(base, BLOCK, PERIPHERAL, Box::new(qmi));
+    }
     if let Some(base) = chip.bootram {
         bus.attach(base, BLOCK, PERIPHERAL, Box::new(BootRam::new()));
     }

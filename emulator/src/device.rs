@@ -11,6 +11,7 @@
 //!   uart        PL011, or an STM32's: bytes         dma     channels, paced by requests
 //!   pio         state machines on pins
 //!   pwm         slices that count and compare
+//!   qmi         bytes to the flash chip and back
 //!   adc         samples of pins
 //!   iwdg        the watchdog of an STM32
 //!   converter   sensor words of N keys in, drive words out, once per tick
@@ -31,6 +32,7 @@ pub(crate) mod iwdg;
 pub(crate) mod pio;
 pub(crate) mod power;
 pub(crate) mod pwm;
+pub(crate) mod qmi;
 pub(crate) mod registers;
 pub(crate) mod sio;
 pub(crate) mod timer;

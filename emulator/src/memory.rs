@@ -42,6 +42,8 @@ pub struct Memory {
     /// what they were is here.
     shared: bool,
     aside: (Map, Map),
+    /// The region that does not answer.
+    absent: Option<usize>,
     /// Set when a store changed code that had been decoded.
     pub(crate) code_changed: bool,
 }
@@ -107,6 +109,7 @@ impl Memory {
             watches: Vec::new(),
             shared: false,
             aside: (empty_map(), empty_map()),
+            absent: None,
             code_changed: false,
         };
         for (index, region) in board.regions.iter().enumerate() {
@@ -147,7 +150,7 @@ impl Memory {
     fn map(&mut self, slot: usize, number: u32, region: &Region) {
         let is_special = self.about[number as usize - 1].is_special();
         self.all[slot] = number;
-        let watched = self.is_watched_page((slot << PAGE_BITS) as u32);
+        let watched = self.is_watched_page((slot << PAGE_BITS) as u32) || self.is_absent(number);
         let read = if region.read_wait == 0 && !watched {
             number
         } else {
@@ -160,6 +163,22 @@ impl Memory {
             false => (&mut self.reads, &mut self.writes),
         };
         (reads[slot], writes[slot]) = (read, write);
+    }
+
+    /// The region that begins there, if any, does not answer cores any more, until it is told of
+    /// another one or none. What hosts and its own device read and write stays.
+    pub(crate) fn set_absent(&mut self, base: Option<u32>) {
+        let mut regions = self.regions.iter();
+        self.absent = base.and_then(|base| regions.position(|region| region.base == base));
+        self.code_changed = true;
+        self.map_again();
+    }
+
+    /// Whether the page, by its number plus one, does not answer.
+    fn is_absent(&self, number: u32) -> bool {
+        let page = number.wrapping_sub(1) as usize;
+        let region = self.about.get(page).map(|about| about.region);
+        self.absent.is_some() && self.absent == region
     }
 
     /// Whether somebody else may use memory in the same cycle, so that every access has to be
@@ -224,7 +243,7 @@ impl Memory {
 
     /// Reads plain memory that is special in some way: the value and the cycles to wait.
     pub(crate) fn slow_read(&self, address: u32, size: u32) -> Option<(u32, u8)> {
-        let (page, at) = self.find(address).ok()?;
+        let (page, at) = self.find_present(address)?;
         let mut bytes = [0; 4];
         bytes[..size as usize].copy_from_slice(self.pages[page].get(at..at + size as usize)?);
         Some((u32::from_le_bytes(bytes), self.region(address)?.read_wait))
@@ -294,7 +313,7 @@ impl Memory {
 
     /// The halfword at an even address.
     pub(crate) fn halfword(&self, address: u32) -> Option<u16> {
-        let (page, at) = self.find(address & !1).ok()?;
+        let (page, at) = self.find_present(address & !1)?;
         Some(u16::from_le_bytes([
             self.pages[page][at],
             self.pages[page][at + 1],
@@ -345,6 +364,12 @@ impl Memory {
         if let Some(code) = &self.about[page].code {
             self.code_changed |= code[at / 128] >> (at / 2 % 64) & 1 != 0;
         }
+    }
+
+    /// As `find`, for cores.
+    fn find_present(&self, address: u32) -> Option<(usize, usize)> {
+        let found = self.find(address).ok()?;
+        (!self.is_absent(found.0 as u32 + 1)).then_some(found)
     }
 
     fn find(&self, address: u32) -> Result<(usize, usize), MemoryError> {

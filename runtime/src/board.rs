@@ -419,6 +419,29 @@ mod tests {
         assert_eq!(toml.count(), BOARDS.len() + DEVICES.len());
     }
 
+    /// A sector that is none, and one in which an image may lie.
+    #[test]
+    fn what_a_knob_keeps_lies_behind_the_image() {
+        let knob = BUNDLED.iter().find(|(name, _)| *name == "pico2_knob.toml");
+        let text = knob.expect("bundled").1;
+        let own = |to: &str| read(Path::new("own.toml"), &text.replace("0x103ff000", to));
+        assert!(own("0x103ff000").is_ok() && own("0x10fff000").is_ok());
+        let told = ["0x103fe000", "0x103ff800", "0x20000000"].map(|to| {
+            let wrong = own(to).expect_err(to);
+            wrong.to_string()
+        });
+        assert!(
+            told[0].contains("lies inside `memory.flash`"),
+            "{}",
+            told[0]
+        );
+        assert!(
+            told[1..]
+                .iter()
+                .all(|text| text.contains("sector of flash"))
+        );
+    }
+
     #[test]
     fn mistakes_are_named_with_their_place() {
         let good = BUNDLED[0].1;

@@ -36,8 +36,7 @@ fn every_start_finds_the_motor() {
 /// Detents, a stop, and the driver's fault while it plays.
 #[test]
 fn a_hand_feels_what_the_program_says() {
-    let mut bench = Bench::new(PARTS);
-    bench.pass_ms(START_MS + 30);
+    let mut bench = Bench::started();
     let from = bench.angle();
     assert_eq!((bench.faults(), bench.knob().is_driven()), (0, true));
     bench.knob().hand.place_rad = from;
@@ -92,8 +91,7 @@ fn timing(bench: &mut Bench) {
 /// How far a stop lets itself be pressed in, some 145 degrees from the start.
 #[test]
 fn a_stop_is_as_stiff_as_the_program_says() {
-    let mut bench = Bench::new(PARTS);
-    bench.pass_ms(START_MS + 30);
+    let mut bench = Bench::started();
     let from = bench.angle();
     bench.knob().hand.place_rad = from;
     for quarter in 1..=4 {
@@ -155,6 +153,19 @@ fn a_sensor_that_fails_disables_the_driver() {
         let found = (bench.knob().is_driven(), bench.faults());
         assert_eq!(found, (false, told), "{fault:?}");
     }
+}
+
+/// Without a magnet from the beginning it is never enabled, not even for a tick.
+#[test]
+fn a_sensor_without_its_magnet_enables_nothing() {
+    let mut bench = Bench::new(PARTS);
+    bench.knob().set_sensor_fault(SensorFault::Field(1));
+    bench.machine.bus.pins.record();
+    bench.pass_ms(20);
+    let changes = bench.machine.bus.pins.take_changes();
+    let enabled = |levels: u64| levels >> PINS.enable & 1 != 0;
+    assert!(changes.len() > 100 && !changes.iter().any(|own| enabled(own.levels)));
+    assert_eq!(bench.faults(), 64);
 }
 
 #[test]

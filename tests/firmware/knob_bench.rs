@@ -24,8 +24,14 @@ use whippen_runtime::image::{self, ImageInstrument};
 
 pub const CYCLES_PER_MS: u64 = 150_000;
 pub const PERIOD: u64 = 3400;
-/// What the start takes: looking, raising the field, a turn of it there and back.
-pub const START_MS: u64 = 540;
+/// What the first start takes: looking, raising the field, a turn of it there and back, keeping
+/// what was found.
+pub const START_MS: u64 = 590;
+/// What the next one takes.
+pub const AGAIN_MS: u64 = 13;
+/// Where it is kept, and the bytes of that.
+pub const STORE: u32 = 0x103f_f000;
+pub const STORED: usize = 256;
 
 /// As the bundled board and device say.
 pub const PINS: KnobPins = KnobPins {
@@ -116,6 +122,16 @@ pub fn bundled_on(board: &str) -> Arc<Built> {
     Arc::new(build_knobs(board, program.expect("it is bundled").1))
 }
 
+/// What a first start of the bundled parts stores.
+fn aligned() -> &'static [u8] {
+    static STORED: OnceLock<Vec<u8>> = OnceLock::new();
+    STORED.get_or_init(|| {
+        let mut bench = Bench::new(PARTS);
+        bench.pass_ms(START_MS);
+        bench.stored()
+    })
+}
+
 /// Knobs that have power; most benches have one.
 pub struct Bench {
     pub machine: Machine,
@@ -146,6 +162,34 @@ impl Bench {
 
     pub fn with(built: Arc<Built>, parts: KnobParts) -> Bench {
         Bench::of(built, [(PINS, parts)])
+    }
+
+    /// The bundled image with the bundled parts, which plays: it was aligned at a start before.
+    pub fn started() -> Bench {
+        Bench::started_with(bundled())
+    }
+
+    /// The same of another image.
+    pub fn started_with(built: Arc<Built>) -> Bench {
+        let mut bench = Bench::with(built, PARTS);
+        bench.keep(aligned());
+        bench.pass_ms(AGAIN_MS + 30);
+        assert!(bench.faults() == 0 && bench.knob().is_driven());
+        bench
+    }
+
+    /// Puts into flash what another bench has stored.
+    pub fn keep(&mut self, stored: &[u8]) {
+        let memory = &mut self.machine.bus.memory;
+        memory.write(STORE, stored).expect("flash");
+    }
+
+    /// What is stored.
+    pub fn stored(&self) -> Vec<u8> {
+        let mut stored = vec![0; STORED];
+        let memory = &self.machine.bus.memory;
+        memory.read(STORE, &mut stored).expect("flash");
+        stored
     }
 
     pub fn of(built: Arc<Built>, knobs: impl IntoIterator<Item = (KnobPins, KnobParts)>) -> Bench {
@@ -181,12 +225,23 @@ impl Bench {
         assert_eq!(self.machine.run_observed(until, observer), Stop::Limit);
     }
 
-    pub fn word(&self, symbol: &str, at: u32) -> i32 {
+    fn address(&self, symbol: &str) -> u32 {
         let mut symbols = self.built.image.symbols.iter();
         let found = symbols.find(|own| own.name == symbol);
+        found.expect("it is there").address
+    }
+
+    pub fn set_word(&mut self, symbol: &str, at: u32, value: i32) {
+        let address = self.address(symbol) + at;
+        let memory = &mut self.machine.bus.memory;
+        let bytes = value.to_le_bytes();
+        memory.write(address, &bytes).expect("memory");
+    }
+
+    pub fn word(&self, symbol: &str, at: u32) -> i32 {
         let mut bytes = [0; 4];
         let memory = &self.machine.bus.memory;
-        let address = found.expect("it is there").address + at;
+        let address = self.address(symbol) + at;
         memory.read(address, &mut bytes).expect("memory");
         i32::from_le_bytes(bytes)
     }

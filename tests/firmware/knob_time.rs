@@ -4,7 +4,7 @@
 use whippen_compiler::firmware::core_block;
 use whippen_emulator::{Hand, Observer, Register, SensorFault, Step, Stop};
 
-use crate::knob_bench::{Bench, CYCLES_PER_MS, PARTS, PERIOD, PINS, START_MS, bundled};
+use crate::knob_bench::{Bench, CYCLES_PER_MS, PERIOD, PINS, bundled};
 
 /// From where a handler begins to where the code goes on that it interrupted.
 #[derive(Default)]
@@ -40,8 +40,7 @@ fn no_tick_of_a_knob_is_longer_than_its_bound() {
         .map(|(_, cycles)| cycles)
         .sum();
     let most = bound.cycles_max - before;
-    let mut bench = Bench::new(PARTS);
-    bench.pass_ms(START_MS + 30);
+    let mut bench = Bench::started();
     let mut frames = Frames::default();
     let from = bench.angle();
     for step in 0..120_u32 {
@@ -80,8 +79,7 @@ fn mask_interrupts(bench: &mut Bench, masked: bool) {
 /// A core that is late for some ticks.
 #[test]
 fn missed_ticks_of_a_knob_are_counted_and_told() {
-    let mut bench = Bench::new(PARTS);
-    bench.pass_ms(START_MS + 30);
+    let mut bench = Bench::started();
     assert_eq!(bench.word("core0", core_block::MISSED), 0);
     mask_interrupts(&mut bench, true);
     bench.pass(3 * PERIOD);
@@ -96,8 +94,7 @@ fn missed_ticks_of_a_knob_are_counted_and_told() {
 /// From there it starts as it is tested elsewhere.
 #[test]
 fn a_core_that_hangs_is_reset() {
-    let mut bench = Bench::new(PARTS);
-    bench.pass_ms(START_MS + 30);
+    let mut bench = Bench::started();
     assert!(bench.knob().is_driven());
     mask_interrupts(&mut bench, true);
     bench.pass_ms(8);

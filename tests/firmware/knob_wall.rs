@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use whippen_emulator::Hand;
 
-use crate::knob_bench::{Bench, PARTS, START_MS, build_knob};
+use crate::knob_bench::{Bench, build_knob};
 
 /// A wall ten degrees from the start, whose torque is made anew in every tick, or every so often.
 fn wall(stiffness: f64, every_ms: Option<f64>) -> String {
@@ -33,8 +33,7 @@ fn wall(stiffness: f64, every_ms: Option<f64>) -> String {
 /// How far the knob still swings (degrees, from end to end) after a finger has pushed it into the
 /// wall with 20 mN*m for 0.8 s.
 fn swing_deg(text: &str) -> f64 {
-    let mut bench = Bench::with(Arc::new(build_knob(text)), PARTS);
-    bench.pass_ms(START_MS + 30);
+    let mut bench = Bench::started_with(Arc::new(build_knob(text)));
     assert_eq!(bench.faults(), 0);
     bench.knob().hand = Hand {
         torque_n_m: 20e-3,

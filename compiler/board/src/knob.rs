@@ -8,7 +8,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-use crate::{Board, Contradiction};
+use crate::{Board, Contradiction, Memory};
 
 /// Cycles from a frame's beginning until its word is there: select, 24 bits, a push.
 pub const FRAME_CYCLES: u32 = 17 + 24 * 14 + 1;
@@ -18,6 +18,10 @@ const REQUEST_CYCLES: u32 = 16;
 const GPIO: u32 = 30;
 /// Cycles between two samples, at most and at least: the PWM's counter, and room for a frame.
 const PERIODS: [u32; 2] = [1000, 0x1_fffe];
+
+/// Where the chip shows its flash, and what of it is erased at once.
+const FLASH: std::ops::Range<u32> = 0x1000_0000..0x1100_0000;
+const SECTOR_BYTES: u32 = 4096;
 
 /// State machines of a block of PIO: each reads the data of one sensor.
 const MACHINES: usize = 4;
@@ -54,6 +58,8 @@ pub struct Knob {
     pub align_mv: u32,
     /// Electrical turns of the motor a turn.
     pub pole_pairs: u32,
+    /// The first address of the sector of flash that keeps what a start finds, if one does.
+    pub store: Option<u32>,
 }
 
 /// A wire from the chip to a part.
@@ -217,11 +223,30 @@ impl Knob {
 impl Board {
     /// What no knob can be.
     pub(crate) fn knob_that_cannot_be(&self) -> Option<Contradiction> {
-        let (key, what) = self.knob.as_ref()?.contradiction()?;
+        let knob = self.knob.as_ref()?;
+        let wrong = knob.contradiction();
+        let (key, what) = wrong.or_else(|| self.misplaced_store(knob))?;
         Some(Contradiction {
             key: format!("knob.{key}"),
             what,
         })
+    }
+
+    /// A sector that is none, or that an image may lie in.
+    fn misplaced_store(&self, knob: &Knob) -> Option<(&'static str, String)> {
+        let at = knob.store?;
+        if !FLASH.contains(&at) || !at.is_multiple_of(SECTOR_BYTES) {
+            let what = "must be the beginning of a sector of flash, a multiple of 0x1000 from \
+                        0x10000000 to 0x10fff000";
+            return Some(("store", what.into()));
+        }
+        let overlaps = |own: &&Memory| own.base < at + SECTOR_BYTES && at < own.base + own.size;
+        let memory = self.memory.iter().find(overlaps)?;
+        let what = format!(
+            "lies inside `memory.{}`, where an image may lie: make that end before it",
+            memory.name
+        );
+        Some(("store", what))
     }
 
     /// Cycles that a tick may take where its period has so many.
@@ -248,6 +273,7 @@ mod tests {
             supply_mv: 12_000,
             align_mv: 2000,
             pole_pairs: 7,
+            store: None,
         }
     }
 

@@ -16,22 +16,22 @@ pub(super) const CONVERTER_START: Source<'static> = Source {
     text: include_str!("converter_start.s"),
 };
 
-/// A tick with a knob on the chip's pins.
+/// A tick with knobs on the chip's pins.
 pub(super) const KNOB: Source<'static> = Source {
     name: "firmware/knob.s",
     text: include_str!("knob.s"),
 };
 
-/// A tick with several knobs.
-pub(super) const KNOBS: Source<'static> = Source {
-    name: "firmware/knobs.s",
-    text: include_str!("knobs.s"),
-};
-
-/// How their parts are started, and their motors found; a knob's too.
+/// How their parts are started, and their motors found.
 pub(super) const KNOB_START: Source<'static> = Source {
     name: "firmware/knob_start.s",
     text: include_str!("knob_start.s"),
+};
+
+/// What of that is kept for the next start.
+pub(super) const KNOB_STORE: Source<'static> = Source {
+    name: "firmware/knob_store.s",
+    text: include_str!("knob_store.s"),
 };
 
 /// A tick with a bench of keys on the chip's pins.

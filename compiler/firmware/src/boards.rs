@@ -5,8 +5,8 @@ use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
 use super::board_texts::{
-    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, KNOBS, RP2,
-    RP2350_START, UNHEARD,
+    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, KNOB_STORE,
+    RP2, RP2350_START, UNHEARD,
 };
 use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
@@ -51,10 +51,8 @@ struct Texts {
 enum Parts {
     /// The converter of the emulator.
     Converter,
-    /// A knob on the chip's pins.
+    /// Knobs on the chip's pins.
     Knob,
-    /// Several.
-    Knobs,
     /// A bench of keys on them.
     Bench,
 }
@@ -62,7 +60,6 @@ enum Parts {
 impl Parts {
     fn of(board: &Board) -> Parts {
         match (&board.knob, &board.bench) {
-            (Some(knob), _) if knob.count() > 1 => Parts::Knobs,
             (Some(_), _) => Parts::Knob,
             (None, Some(_)) => Parts::Bench,
             (None, None) => Parts::Converter,
@@ -107,18 +104,7 @@ const TEXTS: &[Texts] = &[
         parts: Parts::Knob,
         clock_hz: 150_000_000,
         tick: KNOB,
-        rest: &[RP2350_START, RP2, KNOB_START],
-        constants: RP2350,
-        devices: KNOB_DEVICES,
-    },
-    Texts {
-        arch: Arch::V8M,
-        cores: 1,
-        start: Start::ImageDef,
-        parts: Parts::Knobs,
-        clock_hz: 150_000_000,
-        tick: KNOBS,
-        rest: &[RP2350_START, RP2, KNOB_START],
+        rest: &[RP2350_START, RP2, KNOB_START, KNOB_STORE],
         constants: RP2350,
         devices: KNOB_DEVICES,
     },

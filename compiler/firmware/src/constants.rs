@@ -130,6 +130,7 @@ pub fn constants(
     if let Some(monitor) = &setup.monitor {
         all.extend(monitor.serial_constants(board.board)?);
     }
+    all.insert("STORE".into(), knob::is_stored(board.board).into());
     all.extend(knob::constants(setup, board)?);
     all.extend(bench::constants(setup, board)?);
     all.extend(i2s::constants(board.board));

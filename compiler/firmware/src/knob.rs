@@ -7,11 +7,11 @@
 //!
 //! The coil is held for a tick, so the lead that brings its current to where the word wants it by
 //! the end of the tick is exact: R a / (1 - a) with a = exp(-R T / L).
-//! Not here: the texts (`knob.s`, `knob_start.s`).
+//! Not here: the texts (`knob.s`, `knob_start.s`, `knob_store.s`).
 
 use std::fmt::Write;
 
-use whippen_board::{Knob, Shaft};
+use whippen_board::{Board, Knob, Shaft};
 
 use super::{FirmwareError, Setup, Support};
 
@@ -56,6 +56,48 @@ const RAISE_MS: u64 = 50;
 const WAIT_MS: u64 = 50;
 /// How much of an electrical turn the knob goes at the start, at least and at most (%).
 const ALIGN_PERCENT: [u32; 2] = [85, 115];
+
+/// How long the watchdog waits while the flash is written: the slowest sector takes less than half.
+const STORE_MS: u32 = 1000;
+/// What of the pages of flash a record of alignments takes at most (words), and where flash begins.
+const RECORD_WORDS: u32 = 64;
+const FLASH: u32 = 0x1000_0000;
+
+/// Whether what is found at a start is kept for the next one.
+pub(super) fn is_stored(board: &Board) -> bool {
+    board.knob.as_ref().is_some_and(|knob| knob.store.is_some())
+}
+
+/// A number for the parts that a stored alignment belongs to: another wiring or another motor has
+/// another one. (FNV-1a, of words.)
+fn parts_number(knob: &Knob) -> u32 {
+    let shared = [knob.clock, knob.select, knob.enable, knob.pole_pairs];
+    let shafts = knob.shafts.iter();
+    let own = shafts.flat_map(|own| [[own.data].as_slice(), &own.phases].concat());
+    let number = shared.into_iter().chain(own);
+    number.fold(0x811c_9dc5, |hash, word| {
+        (hash ^ word).wrapping_mul(0x0100_0193)
+    })
+}
+
+/// The constants of what is stored.
+fn of_store(knob: &Knob, board: &Board) -> Vec<(String, i64)> {
+    let Some(at) = knob.store else {
+        return Vec::new();
+    };
+    let watchdog = board.device("watchdog").unwrap_or_default();
+    let all = [
+        ("STORE_AT", at),
+        ("STORE_OFFSET", at - FLASH),
+        ("STORE_NUMBER", parts_number(knob)),
+        ("STORE_WATCHDOG", STORE_MS * 1000),
+        ("STORE_WORDS", 2 + 2 * knob.count()),
+        ("SCRATCH", watchdog + 0xc),
+    ];
+    debug_assert!(3 + 2 * knob.count() <= RECORD_WORDS);
+    let named = |(name, value): (&str, u32)| (name.to_string(), i64::from(value));
+    all.map(named).to_vec()
+}
 
 /// Counts of the PWM from its middle to what phases reach.
 fn reach(knob: &Knob) -> u32 {
@@ -184,6 +226,7 @@ pub(super) fn constants(
     Ok(all
         .into_iter()
         .chain((0..).zip(&shafts).flat_map(of_shaft))
+        .chain(of_store(knob, board.board))
         .collect())
 }
 
@@ -307,6 +350,7 @@ mod tests {
             supply_mv: 12_000,
             align_mv: 2000,
             pole_pairs: 7,
+            store: None,
         }
     }
 

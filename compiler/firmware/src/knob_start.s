@@ -70,6 +70,9 @@ board_converter:
         ldr     r1, =1 << PIN_ENABLE
         str     r1, [r0, #0x20]
         str     r1, [r0, #0x38]
+        .if     STORE
+        bl      forget_alignment        @ where somebody asked for that
+        .endif
         .if     SOUND * I2S
         bl      start_sound
         .endif
@@ -183,9 +186,9 @@ start_carrier:
         bx      lr
 
 @ Where the magnet is: a field that stands still pulls it there, and one that turns once takes it along, there and back, so that what
-@ friction holds back cancels out. Nothing is kept from start to start.
+@ friction holds back cancels out. Where it is known from a start before (knob_store.s), nothing turns.
 @
-@   look (disabled) -> of each: raise -> once forward -> wait -> once back -> wait -> direction, offset
+@   look (disabled) -> known, or of each: raise -> once forward -> wait -> once back -> wait -> direction, offset
 find_motors:
         push    {lr}
         mov     r1, #8192               @ the first word may be any
@@ -199,7 +202,6 @@ find_motors:
         subs    r5, #1
         bne     1b
         ldr     r4, =knob
-        ldr     r10, =knob_wires
         movs    r5, #KNOBS
 2:      ldr     r0, [r4, #K_AGE]
         cmp     r0, #8                  @ a word may be wrong now and then
@@ -207,9 +209,15 @@ find_motors:
         adds    r4, #64
         subs    r5, #1
         bne     2b
-        ldr     r0, =0xd0000000
-        ldr     r1, =1 << PIN_ENABLE
-        str     r1, [r0, #0x18]         @ SIO: GPIO_OUT_SET
+        bl      enable_drivers
+        cmp     r0, #0
+        bne     begin                   @ a sensor without its magnet
+        .if     STORE
+        bl      recall_alignment
+        cmp     r0, #0
+        bne     begin
+        .endif
+        ldr     r10, =knob_wires
         ldr     r4, =knob
         movs    r1, #KNOBS
         mov     r11, r1
@@ -242,21 +250,14 @@ find_motor:
         movs    r5, #0
         bl      stand
         ldr     r1, [r4, #K_POSITION]
-        subs    r8, r8, r1              @ how far an electrical turn is
-        ldr     r0, =TURN0
-        ldr     r1, =-GAIN0             @ a positive word is against the angle
-        ldr     r2, =-LEAD0
-        ldr     r3, =BACK0
+        subs    r0, r8, r1              @ how far an electrical turn is
+        mov     r8, r0
+        bl      set_factors
+        ldr     r0, [r4, #K_TURN]
+        cmp     r8, #0
         bpl     5f
-        rsbs    r0, r0, #0
-        rsbs    r1, r1, #0
-        rsbs    r2, r2, #0
-        rsbs    r3, r3, #0
         rsb     r8, r8, #0
-5:      str     r0, [r4, #K_TURN]
-        str     r1, [r4, #K_GAIN]
-        str     r2, [r4, #K_LEAD]
-        str     r3, [r4, #K_BACK]
+5:
         ldr     r1, =TURNED_LOW
         cmp     r8, r1
         blt     lost
@@ -281,6 +282,9 @@ find_motor:
         add     r10, r10, #12
         subs    r11, r11, #1
         bne     find_motor
+        .if     STORE
+        bl      keep_alignment
+        .endif
         b       begin
 lost:   ldr     r0, =0xd0000000         @ it is disabled, and no tick enables it
         ldr     r1, =1 << PIN_ENABLE
@@ -300,7 +304,43 @@ begin:  movs    r0, #0                  @ where each stands now is its middle
         bne     1b
         pop     {pc}
 
+@ Drivers are enabled where there is no fault. R0: the faults.
+        .global enable_drivers
+        .type   enable_drivers, %function
+enable_drivers:
+        ldr     r0, =core0
+        ldr     r0, [r0, #C_FAULTS]
+        cmp     r0, #0
+        bne     1f
+        ldr     r2, =0xd0000000
+        ldr     r1, =1 << PIN_ENABLE
+        str     r1, [r2, #0x18]         @ SIO: GPIO_OUT_SET
+1:      bx      lr
+
+@ Direction and factors of the knob at R4, whose angle falls in a turn of the field where R0 is below 0. Keeps R4 and on.
+        .global set_factors
+        .type   set_factors, %function
+set_factors:
+        push    {r5, lr}
+        cmp     r0, #0
+        ldr     r0, =TURN0
+        ldr     r1, =-GAIN0             @ a positive word is against the angle
+        ldr     r2, =-LEAD0
+        ldr     r3, =BACK0
+        bpl     5f
+        rsbs    r0, r0, #0
+        rsbs    r1, r1, #0
+        rsbs    r2, r2, #0
+        rsbs    r3, r3, #0
+5:      str     r0, [r4, #K_TURN]
+        str     r1, [r4, #K_GAIN]
+        str     r2, [r4, #K_LEAD]
+        str     r3, [r4, #K_BACK]
+        pop     {r5, pc}
+
 @ R1: how far each may turn in a tick.
+        .global limit
+        .type   limit, %function
 limit:  ldr     r4, =knob
         movs    r0, #KNOBS
 1:      str     r1, [r4, #K_LIMIT]
@@ -336,6 +376,8 @@ stand:  push    {lr}
         pop     {pc}
 
 @ Waits for the word behind number R7, which the watchdog sees.
+        .global next_word
+        .type   next_word, %function
 next_word:
         push    {lr}
 1:      bl      board_begin

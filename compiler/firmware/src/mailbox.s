@@ -4,7 +4,8 @@
 @                                                             done becomes that number when outcome is there
 @
 @ Parameter 0xffffffff is the program: its value is the number of the one to play. 0xfffffffe is the tuning of sensors, where the
-@ image has it (tuning.s): 1 begins, 0 ends it and goes back to the program.
+@ image has it (tuning.s): 1 begins, 0 ends it and goes back to the program. 0xfffffffd is the alignment of a knob's motor, where it is
+@ stored (knob_store.s): 1 starts the chip again, which then finds the motor anew; there is no outcome.
         .syntax unified
         .thumb
         .section .data.mailbox, "aw"
@@ -58,6 +59,16 @@ whippen_set:
         bne     1f
         mov     r0, r1
         b       tunes
+1:
+        .endif
+        .if     STORE
+        adds    r2, r0, #3
+        bne     1f
+        movs    r0, #2
+        cmp     r1, #1
+        bne     0f
+        b       board_align
+0:      bx      lr
 1:
         .endif
         push    {r3, lr}

@@ -170,6 +170,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
     dma: dma::RP2040,
     converter: (0x4007_0000, 31),
     busctrl: 0x4003_0000,
+    qmi: None,
     bootram: None,
 };
 

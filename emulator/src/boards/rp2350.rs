@@ -77,7 +77,6 @@ pub(super) const CHIP: ChipTable = ChipTable {
         (0x4005_8000, PLL),
         (0x4006_0000, &[words(0, 64)]),
         (0x400c_8000, &[words(0, 16)]),
-        (0x400d_0000, &[words(0, 32)]),
         (0x400e_8000, ROSC),
         (0x4010_0000, &[words(0, 64)]),
         (0x4010_8000, TICKS),
@@ -151,6 +150,7 @@ pub(super) const CHIP: ChipTable = ChipTable {
     dma: dma::RP2350,
     converter: (0x4017_0000, 46),
     busctrl: 0x4006_8000,
+    qmi: Some((0x400d_0000, 4 << 20)),
     bootram: Some(0x400e_0000),
 };
 

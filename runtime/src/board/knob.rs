@@ -5,7 +5,7 @@
 use whippen_compiler::board::{Knob, Shaft};
 use whippen_emulator::KnobPins;
 
-use super::{CYCLES, MILLIVOLTS, scaled, whole, wholes};
+use super::{CYCLES, MILLIVOLTS, address, scaled, whole, wholes};
 use crate::entries::Entries;
 use crate::files::FileError;
 
@@ -37,6 +37,10 @@ pub(super) fn knob(entries: &Entries) -> Result<Option<Knob>, FileError> {
         supply_mv: scaled(entries, "knob.supply", MILLIVOLTS)?,
         align_mv: scaled(entries, "knob.align", MILLIVOLTS)?,
         pole_pairs: number("knob.pole_pairs")?,
+        store: match entries.find("knob.store") {
+            Some(_) => Some(address(entries, "knob.store")?),
+            None => None,
+        },
     }))
 }
 

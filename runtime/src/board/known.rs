@@ -37,6 +37,7 @@ pub(super) const KEYS: &[Known] = &[
     ("knob.supply", "12000 mV"),
     ("knob.align", "2000 mV"),
     ("knob.pole_pairs", "7"),
+    ("knob.store", "0x103ff000"),
     ("bench.sensors", "40 41 42 43 44 45 46 47"),
     ("bench.bridges", "16 18 20 22 24 26 28 30"),
     ("bench.sleep", "8"),

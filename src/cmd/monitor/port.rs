@@ -60,6 +60,7 @@ pub fn connect(option: &str, at: &str) -> Result<TcpStream, Failure> {
 /// An open line.
 pub enum Line {
     /// A serial port.
+    #[cfg(unix)]
     Serial(std::fs::File),
     /// TCP.
     Tcp(TcpStream),
@@ -68,6 +69,7 @@ pub enum Line {
 impl Link for Line {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         match self {
+            #[cfg(unix)]
             Line::Serial(file) => file.write_all(bytes),
             Line::Tcp(stream) => stream.write_all(bytes),
         }
@@ -77,6 +79,7 @@ impl Link for Line {
         let mut bytes = [0; 4096];
         let read = match self {
             // It waits for a tenth of a second at most.
+            #[cfg(unix)]
             Line::Serial(file) => file.read(&mut bytes),
             Line::Tcp(stream) => {
                 stream.set_read_timeout(Some(patience.max(Duration::from_millis(1))))?;
