@@ -7,14 +7,17 @@
 //!                              '--fault--> chip
 //! ```
 //!
-//! Keys of a bench are in `keys`, what hears sound in `dac`. All see a change of a pin in the cycle
-//! from which on it holds, and answer a cycle later at the earliest. Not here: whole keyboards,
-//! whose converters are on no chip (`device::converter`).
+//! Keys of a bench are in `keys`, columns of converters in `columns`, what hears sound in `dac`. All
+//! see a change of a pin in the cycle from which on it holds, and answer a cycle later at the
+//! earliest. Not here: whole keyboards, whose converters are on no chip (`device::converter`).
 
 mod angle_sensor;
+mod columns;
 mod dac;
 mod keys;
 mod motor;
+mod octal_dac;
+mod scanning_adc;
 
 use std::collections::VecDeque;
 
@@ -22,6 +25,9 @@ use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
 
 use angle_sensor::AngleSensor;
 pub use angle_sensor::SensorFault;
+pub use columns::{
+    Column, ColumnErrors, ColumnParts, ColumnPins, ColumnUpdate, Columns, ColumnsPins, ScanFault,
+};
 pub use dac::{DacErrors, DacPins, HeardFrame, SoundDac};
 pub use keys::{BenchKey, BenchPins, Finger, KeyBench, KeyParts, KeyPins};
 pub use motor::{Hand, Motor, MotorParameters};
