@@ -12,6 +12,7 @@
 //! earliest. Not here: whole keyboards, whose converters are on no chip (`device::converter`).
 
 mod angle_sensor;
+mod column_keys;
 mod columns;
 mod dac;
 mod keys;
@@ -25,6 +26,7 @@ use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
 
 use angle_sensor::AngleSensor;
 pub use angle_sensor::SensorFault;
+pub use column_keys::{ColumnKeyParts, ColumnKeys};
 pub use columns::{
     Column, ColumnErrors, ColumnParts, ColumnPins, ColumnUpdate, Columns, ColumnsPins, ScanFault,
 };

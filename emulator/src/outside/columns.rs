@@ -10,13 +10,13 @@
 //!
 //! Counted besides is what the parts forbid. That the clock must not be faster than 17 MHz, and a
 //! conversion be over in 850 ns, is general knowledge of the ADC that was not checked against its
-//! table of times. Not here: what sensors and drives are, and what the DAC's voltages do on their
-//! way.
+//! table of times. Not here: what sensors and drives are (`column_keys`).
 
 use std::collections::VecDeque;
 
 use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
 
+use super::column_keys::ColumnKeys;
 use super::octal_dac::OctalDac;
 use super::scanning_adc::{self, ScanningAdc};
 
@@ -81,8 +81,10 @@ pub struct ColumnUpdate {
 /// A column at work.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// What its sensors put out (V).
+    /// What its sensors put out (V), if no keys say it.
     pub volts: [f64; 8],
+    /// The keys, if there are any.
+    pub keys: Option<ColumnKeys>,
     /// As many of the next pulses of the clock do not reach it.
     pub lost_pulses: u32,
     adc: ScanningAdc,
@@ -97,6 +99,7 @@ impl Column {
     fn new(parts: &ColumnParts) -> Self {
         Self {
             volts: [0.0; 8],
+            keys: None,
             lost_pulses: 0,
             adc: ScanningAdc::default(),
             dac: OctalDac::new(parts.resets_to, parts.loads_at_once),
@@ -134,6 +137,14 @@ impl Column {
     /// The DAC's words that acted since the last time.
     pub fn take_updates(&mut self) -> Vec<ColumnUpdate> {
         std::mem::take(&mut self.updates)
+    }
+
+    /// Keys go on to a cycle.
+    fn advance(&mut self, cycle: u64) {
+        if let Some(keys) = &mut self.keys {
+            let codes = self.dac.has_reference().then(|| self.dac.outputs());
+            self.volts = keys.advance(cycle, codes);
+        }
     }
 
     /// The level of the clock as it comes to the column.
@@ -246,11 +257,9 @@ impl Device for Columns {
 
     fn due(&self) -> u64 {
         let coming = self.coming.front().map(|(cycle, ..)| *cycle);
-        coming
-            .into_iter()
-            .chain(self.again)
-            .min()
-            .unwrap_or(u64::MAX)
+        let keys = self.columns.iter().flat_map(|own| own.keys.as_ref());
+        let all = keys.map(ColumnKeys::due).chain(coming).chain(self.again);
+        all.min().unwrap_or(u64::MAX)
     }
 
     fn attend(&mut self, cycle: u64, bus: &mut Bus) {
@@ -260,6 +269,7 @@ impl Device for Columns {
         let command = is(self.pins.command);
         self.judge(cycle, select, clock);
         for (column, pins) in self.columns.iter_mut().zip(&self.pins.columns) {
+            column.advance(cycle);
             let clock = column.clocked(clock);
             if column.dac.inputs(select, clock, is(pins.to_dac)) {
                 let outputs = column.dac.outputs();

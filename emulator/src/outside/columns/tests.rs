@@ -9,6 +9,7 @@ mod chip;
 
 use chip::{BLOCK, Bench, IDLE, PACE, PARTS, PIO, PWM, TICK, TO_SELECT, TO_UPDATE, machine_of};
 
+use super::super::{ColumnKeyParts, KeyParts};
 use super::*;
 
 /// As many columns as the DMA has channels for.
@@ -217,17 +218,87 @@ fn frames_by_hand_set_the_parts_up() {
     assert_eq!(bench.errors(), ColumnErrors::default());
 }
 
-/// Without frames nothing is received: the ring stands still, and forces stay as they were.
+/// The loop closed by hand, as cores would close it: words of a tick become forces in the one after
+/// the next, a spring of 1000 N/m with a damper, and keys stand where it is as strong as a finger.
+#[test]
+fn keys_stand_where_a_spring_in_words_is_as_strong_as_a_finger() {
+    let mut bench = Bench::new(1, PARTS);
+    let at = bench.cycle;
+    bench.column(0).keys = Some(ColumnKeys::new(KEYS, at));
+    for key in 0..8 {
+        let keys = bench.column(0).keys.as_mut().expect("there are keys");
+        keys.keys[key].finger.force_n = 0.1 * (1 + key) as f64;
+    }
+    // Metres of a word, and words of a newton.
+    let [low, high] = KEYS.key.sensed_m;
+    let metre = |word: u16| low + (f64::from(word) - 32768.0) / 32768.0 * (high - low);
+    let newton = 32768.0 / (KEYS.full_a * KEYS.key.force_n_per_a);
+    let mut before: [f64; 8] = [0.0; 8];
+    bench.reference();
+    for tick in 1..1100 {
+        bench.run_to_tick(tick);
+        let places = bench.received(0, tick - 1).map(metre);
+        let codes = std::array::from_fn(|key| {
+            let speed = (places[key] - before[key]) / (TICK as f64 / 150e6);
+            let force = 1000.0 * places[key] + 4.5 * speed;
+            (32768.0 + (force * newton).clamp(-32768.0, 32767.0)) as u16
+        });
+        before = places;
+        if tick > 2 {
+            bench.send_codes(0, codes);
+        }
+    }
+    let keys = bench.column(0).keys.clone().expect("there are keys");
+    for (key, own) in keys.keys.iter().enumerate() {
+        let wanted = 0.0001 * (1 + key) as f64;
+        assert!(
+            (own.place_m() - wanted).abs() < 1e-6,
+            "{key}: {}",
+            own.place_m()
+        );
+    }
+}
+
+const KEYS: ColumnKeyParts = ColumnKeyParts {
+    key: KeyParts {
+        clock_hz: 150e6,
+        supply_v: 0.0,
+        trip_a: 0.0,
+        resistance_ohm: 0.0,
+        inductance_h: 0.0,
+        force_n_per_a: 0.25,
+        mass_kg: 0.006,
+        damping_n_s_m: 0.2,
+        friction_n: 0.0,
+        stops_m: [0.0, 0.01],
+        stop_n_m: 20e3,
+        stop_n_s_m: 20.0,
+        sensed_m: [-0.5e-3, 10.5e-3],
+    },
+    full_a: 4.0,
+    lag_s: 20e-6,
+    sensed_v: [0.0, 10.24],
+};
+
+/// Without frames nothing is received: the ring stands still, and forces stay as they were. Keys
+/// move all the same.
 #[test]
 fn without_a_pace_the_ring_stands_still() {
     let mut bench = Bench::new(1, PARTS);
+    let now = bench.cycle;
+    bench.column(0).keys = Some(ColumnKeys::new(KEYS, now));
     bench.run_to_tick(1);
     bench.send(1, 0..1);
     bench.run_to_tick(2);
     bench.write(PWM + 20 * 8, 0);
+    let keys = bench.column(0).keys.as_mut().expect("keys");
+    keys.keys[5].finger.force_n = 0.5;
     let (at, outputs) = (bench.ring_at(0), bench.column(0).outputs());
     bench.run(10 * TICK);
     assert_eq!((bench.ring_at(0), bench.column(0).outputs()), (at, outputs));
+    // Half a newton at 6 g for 0.227 ms, in steps.
+    let place = bench.column(0).keys.as_ref().expect("keys").keys[5].place_m();
+    assert!((2.1e-6..2.2e-6).contains(&place), "{place}");
 }
 
 /// A pace that is too fast for the ADC is counted.

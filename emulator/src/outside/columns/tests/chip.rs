@@ -264,17 +264,25 @@ impl Bench {
         self.read(DMA + 0x40 * (1 + 2 * column as u32) + 4) & 31
     }
 
+    /// The first column's DAC gets its reference, in the next frame.
+    pub fn reference(&mut self) {
+        let [block, number] = machine_of(0);
+        self.write(PIO + BLOCK * block + 0x10 + 4 * number, 0x0800_0001);
+    }
+
     /// The words of the coming tick for some columns.
     pub fn send(&mut self, tick: u64, columns: std::ops::Range<usize>) {
-        let mut mask = 0;
         for column in columns {
-            mask |= 4 << (2 * column);
-            for key in 0..8 {
-                let code = u32::from(driven(tick, column, key));
-                let at = WORDS + 32 * column as u32 + 4 * key as u32;
-                self.write_memory(at, 0x0300_0000 | (key as u32) << 20 | code << 4);
-            }
+            self.send_codes(column, std::array::from_fn(|key| driven(tick, column, key)));
         }
-        self.write(START, mask);
+    }
+
+    /// These words for a column.
+    pub fn send_codes(&mut self, column: usize, codes: [u16; 8]) {
+        for (key, code) in (0..).zip(codes) {
+            let at = WORDS + 32 * column as u32 + 4 * key;
+            self.write_memory(at, 0x0300_0000 | key << 20 | u32::from(code) << 4);
+        }
+        self.write(START, 4 << (2 * column));
     }
 }
