@@ -7,8 +7,8 @@
 //!                              '--fault--> chip
 //! ```
 //!
-//! Keys of a bench are in `keys`, columns of converters in `columns`, what hears sound in `dac`. All
-//! see a change of a pin in the cycle from which on it holds, and answer a cycle later at the
+//! Keys of a bench are in `keys`, columns of converters in `columns`, what hears sound in `dac`.
+//! All see a change of a pin in the cycle from which on it holds, and answer a cycle later at the
 //! earliest. Not here: whole keyboards, whose converters are on no chip (`device::converter`).
 
 mod angle_sensor;

@@ -8,9 +8,9 @@
 //!
 //! A bit is read where the clock falls; the 32nd acts, and what follows is ignored. A select that
 //! rises before cancels the word. So says the part's document. Not checked against it: what a load
-//! pin that is held low does with a word for an input register (`loads_at_once`), so a sender should
-//! have an idle word that is harmless either way. Not here: the load and clear pins, channels
-//! without power, the masks of the load pin, voltages and how they settle.
+//! pin that is held low does with a word for an input register (`loads_at_once`), so an idle word
+//! should be harmless either way. Not here: the load and clear pins, channels without power, the
+//! masks of the load pin, voltages and how they settle.
 
 /// Bits of a word.
 const BITS: u32 = 32;
