@@ -80,8 +80,10 @@ pub use machine::Machine;
 pub use memory::{Memory, MemoryError, Watch};
 pub use observe::{Observer, Step};
 pub use outside::{
-    BenchKey, BenchPins, DacErrors, DacPins, Finger, Hand, HeardFrame, KeyBench, KeyParts, KeyPins,
-    Knob, KnobParts, KnobPins, Motor, MotorParameters, SensorFault, SoundDac,
+    BenchKey, BenchPins, Column, ColumnErrors, ColumnKeyParts, ColumnKeys, ColumnParts, ColumnPins,
+    ColumnUpdate, Columns, ColumnsPins, DacErrors, DacPins, Finger, Hand, HeardFrame, KeyBench,
+    KeyParts, KeyPins, Knob, KnobParts, KnobPins, Motor, MotorParameters, ScanFault, SensorFault,
+    SoundDac,
 };
 pub use pins::{PinChange, Pins};
 pub use register::Register;

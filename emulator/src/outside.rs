@@ -7,15 +7,20 @@
 //!                              '--fault--> chip
 //! ```
 //!
-//! Keys of a bench are in `keys`, what hears sound in `dac`, the flash chip in `flash`. All see a
-//! change of a pin in the cycle from which on it holds, and answer a cycle later at the earliest.
-//! Not here: whole keyboards, whose converters are on no chip (`device::converter`).
+//! Keys of a bench are in `keys`, columns of converters in `columns`, what hears sound in `dac`, the
+//! flash chip in `flash`. All see a change of a pin in the cycle from which on it holds, and answer a
+//! cycle later at the earliest. Not here: whole keyboards, whose converters are on no chip
+//! (`device::converter`).
 
 mod angle_sensor;
+mod column_keys;
+mod columns;
 mod dac;
 mod flash;
 mod keys;
 mod motor;
+mod octal_dac;
+mod scanning_adc;
 
 use std::collections::VecDeque;
 
@@ -23,6 +28,10 @@ use crate::bus::{Access, Bus, BusError, Device, DeviceId, Notices, Waits};
 
 use angle_sensor::AngleSensor;
 pub use angle_sensor::SensorFault;
+pub use column_keys::{ColumnKeyParts, ColumnKeys};
+pub use columns::{
+    Column, ColumnErrors, ColumnParts, ColumnPins, ColumnUpdate, Columns, ColumnsPins, ScanFault,
+};
 pub use dac::{DacErrors, DacPins, HeardFrame, SoundDac};
 pub(crate) use flash::FlashChip;
 pub use keys::{BenchKey, BenchPins, Finger, KeyBench, KeyParts, KeyPins};

@@ -289,11 +289,15 @@ impl Pins {
         self.settle(cycle);
     }
 
+    /// The level of every pin in a cycle, whatever comes behind it; not long ago.
+    pub(crate) fn levels_in(&self, cycle: u64) -> u64 {
+        let then = self.history.iter().rev().find(|past| past.cycle <= cycle);
+        then.or(self.history.front()).map_or(0, |past| past.levels)
+    }
+
     /// What inputs see of the levels that were in a cycle.
     pub(crate) fn inputs(&self, cycle: u64) -> u64 {
-        let then = self.history.iter().rev().find(|past| past.cycle <= cycle);
-        let levels = then.or(self.history.front()).map_or(0, |past| past.levels);
-        self.overrides[2].of(levels & self.pads.input_enable)
+        self.overrides[2].of(self.levels_in(cycle) & self.pads.input_enable)
     }
 
     /// The cycle from which on the levels are what they are.
@@ -462,15 +466,8 @@ mod tests {
         assert_eq!(changes, [(0, 0), (5, 3), (9, 2)]);
         assert!(pins.take_changed() && !pins.take_changed());
         assert_eq!(
-            [4, 5, 8, 9].map(|cycle| pins.history_levels(cycle)),
+            [4, 5, 8, 9].map(|cycle| pins.levels_in(cycle)),
             [0, 3, 3, 2]
         );
-    }
-
-    impl Pins {
-        fn history_levels(&self, cycle: u64) -> u64 {
-            let then = self.history.iter().rev().find(|past| past.cycle <= cycle);
-            then.map_or(0, |past| past.levels)
-        }
     }
 }

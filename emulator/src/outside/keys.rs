@@ -93,6 +93,21 @@ pub struct BenchKey {
 }
 
 impl BenchKey {
+    /// At its upper stop.
+    pub(super) fn resting(parts: &KeyParts) -> Self {
+        Self {
+            place_m: parts.stops_m[0],
+            ..Self::default()
+        }
+    }
+
+    /// So many seconds with an amplifier that follows a current with a lag.
+    pub(super) fn follow(&mut self, parts: &KeyParts, amperes: f64, lag_s: f64, seconds: f64) {
+        let kept = (-seconds / lag_s).exp();
+        self.current_a = amperes + (self.current_a - amperes) * kept;
+        self.go(parts, seconds);
+    }
+
     /// What flows in its coil, from the second output to the first one.
     pub fn current_a(&self) -> f64 {
         self.current_a
@@ -177,12 +192,8 @@ pub struct KeyBench {
 impl KeyBench {
     /// Wires keys to a chip's pins; they are at rest.
     pub fn attach(bus: &mut Bus, pins: BenchPins, parts: KeyParts) -> DeviceId {
-        let key = BenchKey {
-            place_m: parts.stops_m[0],
-            ..BenchKey::default()
-        };
         let bench = Self {
-            keys: vec![key; pins.keys.len()],
+            keys: vec![BenchKey::resting(&parts); pins.keys.len()],
             parts,
             pins,
             tripped: false,
