@@ -7,9 +7,9 @@
 //!                              '--fault--> chip
 //! ```
 //!
-//! Keys of a bench are in `keys`, columns of converters in `columns`, what hears sound in `dac`, the
-//! flash chip in `flash`. All see a change of a pin in the cycle from which on it holds, and answer a
-//! cycle later at the earliest. Not here: whole keyboards, whose converters are on no chip
+//! Keys of a bench are in `keys`, columns of converters in `columns`, what hears sound in `dac`,
+//! the flash chip in `flash`. All see a change of a pin in the cycle from which on it holds, and
+//! answer a cycle later at the earliest. Not here: whole keyboards, whose converters are on no chip
 //! (`device::converter`).
 
 mod angle_sensor;
