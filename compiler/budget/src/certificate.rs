@@ -14,6 +14,7 @@
 mod explore;
 mod finish;
 mod potential;
+mod tighten;
 
 use std::fmt::{self, Display};
 

@@ -9,6 +9,8 @@ use whippen_audit::{
 use whippen_isa::timing::{Core, Evidence, Pipe};
 
 use super::finish::finished;
+use super::potential;
+use super::tighten::tighten;
 use crate::graph::Graph;
 use crate::memory::SOMEWHERE;
 use crate::order::{Element, Loop};
@@ -19,6 +21,8 @@ use crate::{Annotations, Flow};
 const STATES_MAX: usize = 64;
 /// How often stacks may turn out to be known less well.
 const TRIES_MAX: usize = 64;
+/// How often joined states are cut down to what arrives.
+const TIGHTENED_MAX: usize = 64;
 
 /// What a function is explored with.
 pub struct Explorer<'a> {
@@ -74,7 +78,8 @@ pub struct Explored {
     pub spots: Vec<Spot>,
     pub rounds: Vec<LoopOfPiece>,
     pub index: HashMap<(u32, u32), usize>,
-    open: BTreeSet<(usize, usize)>,
+    /// States whose followers are to be found.
+    pub open: BTreeSet<(usize, usize)>,
     /// The cycles of the longest instruction.
     pub longest: u64,
 }
@@ -131,7 +136,7 @@ impl Explorer<'_> {
             }
             if !again {
                 function.stack = seen.stack;
-                return self.finished(function, pieces, &places);
+                return self.finished(function, pieces, &places, &mut seen);
             }
         }
         Err(Refusal::at(entries[0], "has stacks that do not settle"))
@@ -143,12 +148,31 @@ impl Explorer<'_> {
         function: Function,
         pieces: Vec<Explored>,
         places: &BTreeMap<u32, Place>,
+        seen: &mut Seen,
     ) -> Result<Function, Refusal> {
         let mut function = function;
         let (mut facts, kind) = (self.entered(&function), function.kind);
-        for (explored, piece) in pieces.into_iter().zip(&mut function.pieces) {
-            let place = places.get(&piece.entry).cloned().unwrap_or_default();
-            *piece = finished(piece.entry, explored, (&facts, place), kind, self.core)?;
+        let mut places = places.clone();
+        for (number, mut explored) in pieces.into_iter().enumerate() {
+            let entry = function.pieces[number].entry;
+            let start = explored.index.get(&(0, entry)).copied();
+            let start = start.ok_or_else(|| Refusal::at(entry, "is no point"))?;
+            let idle = kind == Kind::Idle;
+            let mut remains = potential::remains(&mut explored, (start, &facts), idle)?;
+            for _ in 0..TIGHTENED_MAX {
+                if idle || !tighten(&mut explored, &remains, (start, &facts)) {
+                    break;
+                }
+                let mut run = Run {
+                    own: self,
+                    function: &function,
+                    seen,
+                };
+                run.explore_open(&mut explored, &mut places)?;
+                remains = potential::remains(&mut explored, (start, &facts), idle)?;
+            }
+            let place = places.get(&entry).cloned().unwrap_or_default();
+            function.pieces[number] = finished(entry, &explored, &remains, place, kind, self.core);
             facts = Facts::default();
         }
         Ok(function)
@@ -310,14 +334,6 @@ impl Run<'_, '_> {
         for spot in &mut piece.spots {
             (spot.states, spot.follows) = (Vec::new(), Vec::new());
         }
-        let stepper = Stepper {
-            core: self.own.core,
-            around: self.own.around,
-            certificate: self.own.certificate,
-            function: self.function,
-            costs: self.own.costs,
-        };
-        let ends = self.own.annotations.stops.clone();
         let start = State {
             pipe: Pipe::default(),
             facts,
@@ -327,6 +343,24 @@ impl Run<'_, '_> {
         let (context, at, it) = (0, entry, 0);
         let mut again = false;
         self.arrive(piece, Node { context, at, it }, &start, &mut again)?;
+        Ok(again | self.explore_open(piece, places)?)
+    }
+
+    /// Finds what follows all open states; whether stacks turned out otherwise.
+    fn explore_open(
+        &mut self,
+        piece: &mut Explored,
+        places: &mut BTreeMap<u32, Place>,
+    ) -> Result<bool, Refusal> {
+        let stepper = Stepper {
+            core: self.own.core,
+            around: self.own.around,
+            certificate: self.own.certificate,
+            function: self.function,
+            costs: self.own.costs,
+        };
+        let ends = self.own.annotations.stops.clone();
+        let mut again = false;
         let index: BTreeSet<(u32, u32)> = piece.index.keys().copied().collect();
         while let Some((number, nth)) = piece.open.pop_first() {
             let from = start_of(&piece.spots[number], nth);

@@ -2,33 +2,29 @@
 
 use std::collections::BTreeSet;
 
-use whippen_audit::{Facts, Kind, Piece, Place, Point, Refusal};
+use whippen_audit::{Kind, Piece, Place, Point};
 use whippen_isa::ItState;
 use whippen_isa::timing::Core;
 
 use super::explore::Explored;
-use super::potential::{self, Remains};
+use super::potential::Remains;
 
 /// As a piece of a certificate, with the cycles that remain.
 pub fn finished(
     entry: u32,
-    explored: Explored,
-    entered: (&Facts, Place),
+    explored: &Explored,
+    remains: &Remains,
+    own: Place,
     kind: Kind,
     core: &Core,
-) -> Result<Piece, Refusal> {
-    let mut explored = explored;
-    let (facts, own) = entered;
-    let start = explored.index.get(&(0, entry)).copied();
-    let start = start.ok_or_else(|| Refusal::at(entry, "is no point"))?;
+) -> Piece {
     let idle = kind == Kind::Idle;
-    let remains = potential::remains(&mut explored, (start, facts), idle)?;
     let mut piece = Piece {
         entry,
         ..Piece::default()
     };
     piece.place = number(&mut piece.places, own);
-    let numbers = loops(&explored, &remains, &mut piece);
+    let numbers = loops(explored, remains, &mut piece);
     for (spot, kept) in explored.spots.iter().zip(&remains.kept) {
         let (Some(place), false) = (&spot.place, kept.is_empty()) else {
             continue;
@@ -57,7 +53,7 @@ pub fn finished(
         true => remains.longest + u64::from(core.late.cycles),
         false => remains.entry as u64,
     };
-    Ok(piece)
+    piece
 }
 
 /// Puts the loops into a piece that something is in: the numbers of all there.

@@ -25,6 +25,17 @@ pub struct Remains {
     pub longest: u64,
 }
 
+impl Remains {
+    /// The kept state of a spot that takes up what arrives.
+    pub fn first_of(&self, explored: &Explored, at: usize, state: &(Pipe, Facts)) -> Option<usize> {
+        let mut all = vec![i64::MAX; explored.spots[at].states.len()];
+        for (nth, remains) in &self.kept[at] {
+            all[*nth] = *remains;
+        }
+        cheapest(&explored.spots[at], &all, state)
+    }
+}
+
 /// Finds what remains.
 pub fn remains(
     explored: &mut Explored,

@@ -1,0 +1,69 @@
+//! States that were joined claim no more than what arrives: the checker refuses a larger claim, and
+//! of two ways that a state was joined for, one may lead to a cheaper one in the end.
+
+use whippen_audit::Facts;
+use whippen_isa::timing::Pipe;
+
+use super::explore::Explored;
+use super::potential::Remains;
+
+/// Cuts the states that are kept down to what arrives, with `entered` at the first; those that
+/// changed are open again. Whether any is.
+pub fn tighten(explored: &mut Explored, remains: &Remains, entered: (usize, &Facts)) -> bool {
+    let mut arrived: Vec<Vec<Option<Facts>>> = explored
+        .spots
+        .iter()
+        .map(|spot| vec![None; spot.states.len()])
+        .collect();
+    let mut arrive = |(spot, nth): (usize, usize), state: &Facts| {
+        let claim = &explored.spots[spot].states[nth].1;
+        let all = arrived[spot][nth].take();
+        arrived[spot][nth] = Some(hull(all, claim, state));
+    };
+    let (start, facts) = entered;
+    if let Some(first) = remains.first_of(explored, start, &(Pipe::default(), facts.clone())) {
+        arrive((start, first), facts);
+    }
+    for (spot, kept) in explored.spots.iter().zip(&remains.kept) {
+        let follows = kept.iter().flat_map(|(nth, _)| &spot.follows[*nth]);
+        for follows in follows {
+            if let Some(to) = follows.to {
+                arrive(to, &follows.state.1);
+            }
+        }
+    }
+    for (number, (spot, arrived)) in explored.spots.iter_mut().zip(arrived).enumerate() {
+        for (nth, (state, hull)) in spot.states.iter_mut().zip(arrived).enumerate() {
+            if let Some(hull) = hull.filter(|hull| *hull != state.1) {
+                state.1 = hull;
+                explored.open.insert((number, nth));
+            }
+        }
+    }
+    !explored.open.is_empty()
+}
+
+/// A claim cut down to what arrived before and what arrives now.
+fn hull(before: Option<Facts>, claim: &Facts, state: &Facts) -> Facts {
+    let first = before.is_none();
+    let mut all = before.unwrap_or_else(|| claim.clone());
+    // Nothing known of the flags stays so.
+    if claim.flags != !0 {
+        all.flags = state.flags | if first { 0 } else { all.flags };
+    }
+    let mut seen = vec![!first; claim.values.len()];
+    for (name, other) in claim.names.iter().zip(&state.names) {
+        let (Some(words), Some([low, high])) = (
+            all.values.get_mut(usize::from(*name)),
+            state.values.get(usize::from(*other)).copied(),
+        ) else {
+            continue;
+        };
+        let known = std::mem::replace(&mut seen[usize::from(*name)], true);
+        *words = match known {
+            true => [words[0].min(low), words[1].max(high)],
+            false => [low, high],
+        };
+    }
+    all
+}
