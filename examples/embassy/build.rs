@@ -7,7 +7,7 @@ use std::path::Path;
 fn main() {
     let project = var("CARGO_MANIFEST_DIR").expect("cargo says");
     let out = var("OUT_DIR").expect("cargo says");
-    let object = Path::new(&project).join("src/piano.o");
+    let object = Path::new(&project).join("target/piano.o");
     assert!(object.is_file(), "first `whippen build`, as README.md says");
     // Linker scripts are looked for in folders.
     copy("memory.x", Path::new(&out).join("memory.x")).expect("the folder of this build");
@@ -16,5 +16,5 @@ fn main() {
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     println!("cargo:rustc-link-arg-bins={}", object.display());
     println!("cargo:rerun-if-changed=memory.x");
-    println!("cargo:rerun-if-changed=src/piano.o");
+    println!("cargo:rerun-if-changed=target/piano.o");
 }

@@ -25,7 +25,7 @@ fn said(command: &mut Command) -> String {
 fn built() -> PathBuf {
     let target = Path::new(ROOT).join("target/embassy");
     let project = target.join("project");
-    for folder in ["src", ".cargo"] {
+    for folder in ["src", ".cargo", "target"] {
         std::fs::create_dir_all(project.join(folder)).expect("a folder");
     }
     let files = [
@@ -46,7 +46,7 @@ fn built() -> PathBuf {
             .current_dir(&project)
             .arg("build")
             .arg(program)
-            .args(["grand_piano", "--keys", "4", "-o", "src/piano.o"]),
+            .args(["grand_piano", "--keys", "4", "-o", "target/piano.o"]),
     );
     // Crates need not be fast here; what ticks is in `keys`. But where LLVM does not optimise,
     // it compares and swaps with an encoding of CMP that the architecture leaves UNPREDICTABLE.

@@ -3,6 +3,8 @@
 #![no_std]
 #![no_main]
 
+/// Written by `whippen build` beside the object.
+#[path = "../target/piano.rs"]
 mod piano;
 
 use core::fmt::Write;
