@@ -179,12 +179,17 @@ pub fn embassy() -> bool {
         .args(["--print", "target-libdir", "--target", EMBASSY_TARGET])
         .output()
         .is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_dir());
-    let fetch = ["fetch", "--offline", "--locked", "--quiet", "--target"];
+    let fetch = [
+        "fetch",
+        "--offline",
+        "--locked",
+        "--quiet",
+        "--manifest-path",
+    ];
     let crates = || {
         let mut cargo = Command::new("cargo");
-        cargo.args(fetch);
-        cargo.args([EMBASSY_TARGET, "--manifest-path", manifest]);
-        cargo.output().is_ok_and(|output| output.status.success())
+        let output = cargo.args(fetch).arg(manifest).output();
+        output.is_ok_and(|output| output.status.success())
     };
     let found = library && crates();
     if !found {
