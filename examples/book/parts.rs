@@ -69,6 +69,7 @@ pub const PARTS: &[(&str, &[&str])] = &[
             "docs/how-to/device.md",
             "examples/firmware/README.md",
             "examples/pico-sdk/README.md",
+            "examples/embassy/README.md",
             "examples/smartknob/README.md",
         ],
     ),

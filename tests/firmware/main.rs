@@ -5,6 +5,7 @@ mod boot2;
 mod chips;
 mod chips_command;
 mod document;
+mod embassy;
 mod example;
 mod gnu;
 mod key_bench;

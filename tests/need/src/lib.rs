@@ -23,6 +23,7 @@ mod tests;
 mod tool;
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::str::FromStr;
 
 pub use tool::{Tool, table};
@@ -87,7 +88,7 @@ pub fn newlib() -> bool {
         return false;
     };
     // The compiler repeats the name alone of what it does not find.
-    let found = std::process::Command::new(compiler)
+    let found = Command::new(compiler)
         .arg("-print-file-name=libc_nano.a")
         .output()
         .is_ok_and(|output| output.stdout.contains(&b'/'));
@@ -109,7 +110,7 @@ pub fn python(module: &str) -> Option<PathBuf> {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/judges/bin/python");
     let imports = |python: &PathBuf| {
         let arguments = ["-c", &format!("import {module}")];
-        let output = std::process::Command::new(python).args(arguments).output();
+        let output = Command::new(python).args(arguments).output();
         output.is_ok_and(|output| output.status.success())
     };
     let found = [own, PathBuf::from("python3")].into_iter().find(imports);
@@ -158,6 +159,44 @@ pub fn extension_packages() -> Option<PathBuf> {
     let file = format!("vscode/node_modules/{name}/package.json");
     let found = made(&file, name, FROM_NPM)?;
     found.ancestors().nth(2).map(Path::to_path_buf)
+}
+
+/// The processor of `examples/embassy`, as Rust names it.
+pub const EMBASSY_TARGET: &str = "thumbv8m.main-none-eabihf";
+
+/// Whether `examples/embassy` can be built without a network: Rust's library for its processor and
+/// the crates of its lock file are there; if not, the test counts as skipped.
+///
+/// # Panics
+///
+/// Where they are absent and required.
+pub fn embassy() -> bool {
+    let manifest = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/embassy/Cargo.toml"
+    );
+    let library = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", EMBASSY_TARGET])
+        .output()
+        .is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_dir());
+    let fetch = [
+        "fetch",
+        "--offline",
+        "--locked",
+        "--quiet",
+        "--manifest-path",
+    ];
+    let crates = || {
+        let mut cargo = Command::new("cargo");
+        let output = cargo.args(fetch).arg(manifest).output();
+        output.is_ok_and(|output| output.status.success())
+    };
+    let found = library && crates();
+    if !found {
+        let advice = "tests/setup, which takes its crates and Rust's library for its processor";
+        skip::record("embassy", "judges", advice);
+    }
+    found
 }
 
 const FROM_NPM: &str = "tests/setup, which takes it from npm";
