@@ -3,18 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use whippen_audit::{
-    Around, Arrival, Certificate, Cost, Facts, Function, Kind, Last, NONE, Node, PLACES, Piece,
-    Place, Refusal, Seen, State, Stepper, Tag, walk,
+    Around, Arrival, Certificate, Cost, Facts, Function, Kind, Last, Node, Piece, Place, Refusal,
+    Seen, State, Stepper, Tag, walk,
 };
 use whippen_isa::timing::{Core, Evidence, Pipe};
 
 use super::finish::finished;
 use super::potential;
-use super::tighten::tighten;
+use super::tighten::{join, tighten};
 use crate::graph::Graph;
 use crate::memory::SOMEWHERE;
 use crate::order::{Element, Loop};
-use crate::relevant::{FLAGS, Relevance, Relevant, writes};
+use crate::relevant::{Relevance, Relevant, writes};
 use crate::{Annotations, Flow};
 
 /// States at one point at most; more are joined.
@@ -494,29 +494,4 @@ fn nowhere() -> Place {
         sp: i32::MAX,
         ..Place::default()
     }
-}
-
-/// What is known in both.
-fn join(a: &Facts, b: &Facts) -> Facts {
-    let mut pairs: Vec<(u16, u16)> = Vec::new();
-    let mut joined = Facts {
-        flags: a.flags | b.flags,
-        ..Facts::default()
-    };
-    for place in 0..PLACES {
-        let pair = (a.names[place], b.names[place]);
-        if pair.0 == NONE || pair.1 == NONE {
-            continue;
-        }
-        let known = pairs.iter().position(|own| *own == pair);
-        let at = known.unwrap_or_else(|| {
-            let (x, y) = (a.values[usize::from(pair.0)], b.values[usize::from(pair.1)]);
-            joined.values.push([x[0].min(y[0]), x[1].max(y[1])]);
-            pairs.push(pair);
-            pairs.len() - 1
-        });
-        joined.names[place] = at as u16;
-    }
-    joined.trim(0xffff | FLAGS);
-    joined
 }

@@ -1,11 +1,13 @@
-//! States that were joined claim no more than what arrives: the checker refuses a larger claim, and
-//! of two ways that a state was joined for, one may lead to a cheaper one in the end.
+//! Joined states: what is known in both, and afterwards no more than what arrives. The checker
+//! refuses a larger claim, and of two ways that a state was joined for, one may lead to a cheaper
+//! one in the end.
 
-use whippen_audit::Facts;
+use whippen_audit::{Facts, NONE, PLACES};
 use whippen_isa::timing::Pipe;
 
 use super::explore::Explored;
 use super::potential::Remains;
+use crate::relevant::FLAGS;
 
 /// Cuts the states that are kept down to what arrives, with `entered` at the first; those that
 /// changed are open again. Whether any is.
@@ -66,4 +68,29 @@ fn hull(before: Option<Facts>, claim: &Facts, state: &Facts) -> Facts {
         };
     }
     all
+}
+
+/// What is known in both.
+pub fn join(a: &Facts, b: &Facts) -> Facts {
+    let mut pairs: Vec<(u16, u16)> = Vec::new();
+    let mut joined = Facts {
+        flags: a.flags | b.flags,
+        ..Facts::default()
+    };
+    for place in 0..PLACES {
+        let pair = (a.names[place], b.names[place]);
+        if pair.0 == NONE || pair.1 == NONE {
+            continue;
+        }
+        let known = pairs.iter().position(|own| *own == pair);
+        let at = known.unwrap_or_else(|| {
+            let (x, y) = (a.values[usize::from(pair.0)], b.values[usize::from(pair.1)]);
+            joined.values.push([x[0].min(y[0]), x[1].max(y[1])]);
+            pairs.push(pair);
+            pairs.len() - 1
+        });
+        joined.names[place] = at as u16;
+    }
+    joined.trim(0xffff | FLAGS);
+    joined
 }
