@@ -17,7 +17,7 @@
 //!
 //! Not here: several keys, of which each would need words of its own.
 
-use super::zero::reads;
+use super::zero::results;
 use std::collections::BTreeSet;
 use whippen_ids::IdMap;
 use whippen_kernel::op::Effect;
@@ -243,18 +243,6 @@ fn groups(
         groups.push((all, members));
     }
     groups
-}
-
-/// What others read of the instructions at some places, in their order.
-fn results(region: &Region, members: &[usize]) -> Vec<Value> {
-    let others = region.insts.iter().enumerate();
-    let others = others.filter(|(place, _)| members.binary_search(place).is_err());
-    let read: BTreeSet<Value> = others
-        .flat_map(|(_, inst)| reads(inst))
-        .chain(region.yields.iter().copied())
-        .collect();
-    let all = members.iter().map(|place| region.insts[*place].results[0]);
-    all.filter(|value| read.contains(value)).collect()
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@
 //!
 //! Not here: keys in lanes, of which some would have to wait for others.
 
+use std::collections::BTreeSet;
 use whippen_ids::IdMap;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value};
 
@@ -71,7 +72,7 @@ pub(super) fn branches(kernel: &Kernel, region: &Region) -> Vec<Branch> {
         members.any(|place| divides(&region.insts[*place]))
     });
     for branch in &mut branches {
-        branch.results = results(region, branch);
+        branch.results = results(region, &branch.members);
         branch.where_zero = where_zero(kernel, region, branch);
     }
     branches
@@ -256,18 +257,18 @@ pub(super) fn reads(inst: &Inst) -> impl Iterator<Item = Value> + '_ {
     })
 }
 
-/// What others read of the instructions of a branch, in their order.
-fn results(region: &Region, branch: &Branch) -> Vec<Value> {
-    let is_member = |place: &usize| branch.members.contains(place);
+/// What others read of the instructions at some places of a region, in their order.
+pub(super) fn results(region: &Region, members: &[usize]) -> Vec<Value> {
     let others = region.insts.iter().enumerate();
-    let others = others.filter(|(place, _)| !is_member(place));
-    let read: Vec<Value> = others
+    let others = others.filter(|(place, _)| members.binary_search(place).is_err());
+    let read: BTreeSet<Value> = others
         .flat_map(|(_, inst)| reads(inst))
         .chain(region.yields.iter().copied())
         .collect();
-    let members = branch.members.iter();
-    let all = members.flat_map(|place| region.insts[*place].results.iter().copied());
-    all.filter(|value| read.contains(value)).collect()
+    let all = members
+        .iter()
+        .flat_map(|place| &region.insts[*place].results);
+    all.copied().filter(|value| read.contains(value)).collect()
 }
 
 #[cfg(test)]

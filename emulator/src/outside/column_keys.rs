@@ -74,19 +74,9 @@ mod tests {
 
     const PARTS: ColumnKeyParts = ColumnKeyParts {
         key: KeyParts {
-            clock_hz: 150e6,
-            supply_v: 0.0,
-            trip_a: 0.0,
-            resistance_ohm: 0.0,
-            inductance_h: 0.0,
-            force_n_per_a: 0.25,
             mass_kg: 1e9,
-            damping_n_s_m: 0.2,
-            friction_n: 0.0,
-            stops_m: [0.0, 0.01],
-            stop_n_m: 20e3,
-            stop_n_s_m: 20.0,
             sensed_m: [-1e-3, 11e-3],
+            ..super::super::keys::tests::PARTS
         },
         full_a: 2.0,
         lag_s: 20e-6,

@@ -67,7 +67,7 @@ impl FlashChip {
             Some(&IDENTIFY) => IDENTITY.get(count as usize - 1).copied(),
             Some(&READ) if count >= 4 => {
                 let mut read = [0xff];
-                let _ = memory.read(self.place(count - 4), &mut read);
+                let _ = memory.read(self.place(&self.frame, count - 4), &mut read);
                 Some(read[0])
             }
             _ => None,
@@ -76,9 +76,9 @@ impl FlashChip {
         answer.unwrap_or(0xff)
     }
 
-    /// Where memory shows the byte so far from the address of the frame.
-    fn place(&self, further: u32) -> u32 {
-        let address = self.frame[1..4].iter();
+    /// Where memory shows the byte so far from the address of a frame.
+    fn place(&self, frame: &[u8], further: u32) -> u32 {
+        let address = frame[1..4].iter();
         let address = address.fold(0, |all, byte| all << 8 | u32::from(*byte));
         self.base + (address + further) % self.bytes
     }
@@ -99,36 +99,32 @@ impl FlashChip {
                 return;
             }
             [DISABLE] => 0,
-            [command, _, _, _] if self.enabled => self.erase(command, frame, memory),
-            [WRITE, _, _, _, ..] if self.enabled => self.write(frame, memory),
+            [command, _, _, _] if self.enabled => self.erase(command, &frame, memory),
+            [WRITE, _, _, _, ..] if self.enabled => self.write(&frame, memory),
             _ => return,
         };
         self.enabled = false;
         self.busy_until = cycle + takes * self.cycles_per_us;
     }
 
-    fn erase(&mut self, command: u8, frame: Vec<u8>, memory: &mut Memory) -> u64 {
+    fn erase(&self, command: u8, frame: &[u8], memory: &mut Memory) -> u64 {
         let Some((_, bytes, takes)) = ERASERS.iter().find(|(own, ..)| *own == command) else {
             return 0;
         };
-        self.frame = frame;
-        let at = self.place(0) & !(bytes - 1);
-        self.frame.clear();
+        let at = self.place(frame, 0) & !(bytes - 1);
         let _ = memory.write(at, &vec![0xff; *bytes as usize]);
         *takes
     }
 
     /// Bits go from one to zero; behind the end of a page it goes on at its beginning.
-    fn write(&mut self, frame: Vec<u8>, memory: &mut Memory) -> u64 {
-        self.frame = frame;
-        let at = self.place(0);
-        for (n, byte) in (0..).zip(&self.frame[4..]) {
+    fn write(&self, frame: &[u8], memory: &mut Memory) -> u64 {
+        let at = self.place(frame, 0);
+        for (n, byte) in (0..).zip(&frame[4..]) {
             let at = at & !(PAGE - 1) | (at + n) & (PAGE - 1);
             let mut own = [0];
             let _ = memory.read(at, &mut own);
             let _ = memory.write(at, &[own[0] & byte]);
         }
-        self.frame.clear();
         PAGE_US
     }
 }

@@ -295,10 +295,10 @@ impl Device for KeyBench {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    const PARTS: KeyParts = KeyParts {
+    pub const PARTS: KeyParts = KeyParts {
         clock_hz: 150e6,
         supply_v: 12.0,
         trip_a: 5.0,

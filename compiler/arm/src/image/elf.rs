@@ -84,21 +84,21 @@ impl<'a> Executable<'a> {
     }
 
     /// The file; one that is not proven to be in time has a note that says why.
-    pub fn file(&self, unproven: Option<&str>) -> Vec<u8> {
+    pub fn file(self, unproven: Option<&str>) -> Vec<u8> {
         let note = |why| Part::note(UNPROVEN_SECTION, NOTE_OWNER, NOTE_UNPROVEN, why);
         self.with(unproven.map(note))
     }
 
     /// The file with a certificate and the Kernels that it is of, as texts in sections that are
     /// not loaded.
-    pub fn certified(&self, certificate: &str, kernels: &str) -> Vec<u8> {
+    pub fn certified(self, certificate: &str, kernels: &str) -> Vec<u8> {
         self.with([
             Part::debug(CERTIFICATE_SECTION, certificate.into()),
             Part::debug(KERNELS_SECTION, kernels.into()),
         ])
     }
 
-    fn with(&self, more: impl IntoIterator<Item = Part>) -> Vec<u8> {
+    fn with(self, more: impl IntoIterator<Item = Part>) -> Vec<u8> {
         let image = self.image;
         let mut file = File::new(Some(image.entry | 1));
         for Linked {
@@ -116,8 +116,8 @@ impl<'a> Executable<'a> {
             .segments
             .iter()
             .for_each(|segment| file.segment(segment));
-        for (name, bytes) in &self.debug {
-            file.add(Part::debug(name, bytes.clone()));
+        for (name, bytes) in self.debug {
+            file.add(Part::debug(name, bytes));
         }
         more.into_iter().for_each(|part| file.add(part));
         let mut symbols = Symbols::new(file.parts());

@@ -19,21 +19,12 @@ pub struct Remains {
     pub kept: Vec<Vec<(usize, i64)>>,
     /// The cycles of a round of each loop.
     pub rounds: Vec<i64>,
+    /// The state of the entry that takes up what is entered with.
+    pub first: usize,
     /// What remains at the entry.
     pub entry: i64,
     /// The longest instruction.
     pub longest: u64,
-}
-
-impl Remains {
-    /// The kept state of a spot that takes up what arrives.
-    pub fn first_of(&self, explored: &Explored, at: usize, state: &(Pipe, Facts)) -> Option<usize> {
-        let mut all = vec![i64::MAX; explored.spots[at].states.len()];
-        for (nth, remains) in &self.kept[at] {
-            all[*nth] = *remains;
-        }
-        cheapest(&explored.spots[at], &all, state)
-    }
 }
 
 /// Finds what remains.
@@ -85,6 +76,7 @@ pub fn remains(
     };
     let kept: Vec<Vec<(usize, i64)>> = reached.iter().zip(&all).map(of_spot).collect();
     Ok(Remains {
+        first,
         entry: all[start][first],
         kept,
         rounds,

@@ -3,7 +3,6 @@
 //! one in the end.
 
 use whippen_audit::{Facts, NONE, PLACES};
-use whippen_isa::timing::Pipe;
 
 use super::explore::Explored;
 use super::potential::Remains;
@@ -23,9 +22,7 @@ pub fn tighten(explored: &mut Explored, remains: &Remains, entered: (usize, &Fac
         arrived[spot][nth] = Some(hull(all, claim, state));
     };
     let (start, facts) = entered;
-    if let Some(first) = remains.first_of(explored, start, &(Pipe::default(), facts.clone())) {
-        arrive((start, first), facts);
-    }
+    arrive((start, remains.first), facts);
     for (spot, kept) in explored.spots.iter().zip(&remains.kept) {
         let follows = kept.iter().flat_map(|(nth, _)| &spot.follows[*nth]);
         for follows in follows {

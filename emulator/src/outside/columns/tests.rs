@@ -261,19 +261,8 @@ fn keys_stand_where_a_spring_in_words_is_as_strong_as_a_finger() {
 
 const KEYS: ColumnKeyParts = ColumnKeyParts {
     key: KeyParts {
-        clock_hz: 150e6,
-        supply_v: 0.0,
-        trip_a: 0.0,
-        resistance_ohm: 0.0,
-        inductance_h: 0.0,
-        force_n_per_a: 0.25,
         mass_kg: 0.006,
-        damping_n_s_m: 0.2,
-        friction_n: 0.0,
-        stops_m: [0.0, 0.01],
-        stop_n_m: 20e3,
-        stop_n_s_m: 20.0,
-        sensed_m: [-0.5e-3, 10.5e-3],
+        ..super::super::keys::tests::PARTS
     },
     full_a: 4.0,
     lag_s: 20e-6,
