@@ -285,10 +285,11 @@ pub fn find_board(wanted: Option<&OsStr>, keyboard: Option<&Keyboard>) -> Result
 
 /// How many keys a board has where nobody says: those that are wired, or the keyboard's.
 fn usual_keys_of(board: &Board, layout: &Layout, chips: u32) -> u32 {
-    match (&board.knob, &board.bench) {
-        (Some(knob), _) => chips * knob.count(),
-        (None, Some(bench)) => chips * bench.keys(),
-        (None, None) => layout.keys,
+    match (&board.knob, &board.bench, &board.columns) {
+        (Some(knob), ..) => chips * knob.count(),
+        (_, Some(bench), _) => chips * bench.keys(),
+        (.., Some(columns)) => chips * columns.keys(),
+        (None, None, None) => layout.keys,
     }
 }
 

@@ -46,6 +46,18 @@ pub(super) const BENCH_START: Source<'static> = Source {
     text: include_str!("bench_start.s"),
 };
 
+/// A tick with columns of converters on them.
+pub(super) const COLUMNS: Source<'static> = Source {
+    name: "firmware/columns.s",
+    text: include_str!("columns.s"),
+};
+
+/// How these are started.
+pub(super) const COLUMNS_START: Source<'static> = Source {
+    name: "firmware/columns_start.s",
+    text: include_str!("columns_start.s"),
+};
+
 /// Samples that leave nowhere.
 pub(super) const UNHEARD: Source<'static> = Source {
     name: "firmware/unheard.s",

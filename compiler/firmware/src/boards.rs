@@ -5,8 +5,8 @@ use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
 use super::board_texts::{
-    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, KNOB_STORE,
-    RP2, RP2350_START, UNHEARD,
+    BENCH, BENCH_START, COLUMNS, COLUMNS_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB,
+    KNOB_START, KNOB_STORE, RP2, RP2350_START, UNHEARD,
 };
 use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
@@ -55,14 +55,17 @@ enum Parts {
     Knob,
     /// A bench of keys on them.
     Bench,
+    /// Columns of converters on them.
+    Columns,
 }
 
 impl Parts {
     fn of(board: &Board) -> Parts {
-        match (&board.knob, &board.bench) {
-            (Some(_), _) => Parts::Knob,
-            (None, Some(_)) => Parts::Bench,
-            (None, None) => Parts::Converter,
+        match (&board.knob, &board.bench, &board.columns) {
+            (Some(_), ..) => Parts::Knob,
+            (_, Some(_), _) => Parts::Bench,
+            (.., Some(_)) => Parts::Columns,
+            (None, None, None) => Parts::Converter,
         }
     }
 }
@@ -124,6 +127,27 @@ const TEXTS: &[Texts] = &[
             "watchdog",
             "pwm",
             "adc",
+            "dma",
+            "busctrl",
+        ],
+    },
+    Texts {
+        arch: Arch::V8M,
+        cores: 1,
+        start: Start::ImageDef,
+        parts: Parts::Columns,
+        clock_hz: 150_000_000,
+        tick: COLUMNS,
+        rest: &[RP2350_START, RP2, COLUMNS_START],
+        constants: RP2350,
+        devices: &[
+            "uart",
+            "io_bank0",
+            "pads_bank0",
+            "watchdog",
+            "pwm",
+            "pio0",
+            "pio2",
             "dma",
             "busctrl",
         ],
@@ -269,7 +293,8 @@ impl Support<'_> {
     /// Whether the start lets the cores go before the DMA at memory: the bundled text does.
     pub(super) fn yields_dma(&self) -> bool {
         let starts = self.rest();
-        starts.iter().any(|source| source.text == BENCH_START.text)
+        let yielding = [BENCH_START.text, COLUMNS_START.text];
+        starts.iter().any(|source| yielding.contains(&source.text))
     }
 
     /// The constants that the board gives the texts.
