@@ -67,6 +67,11 @@ pub fn bundled_board() -> Board {
 
 /// Builds eight keys of a bundled instrument.
 pub fn build_bench(file: &str, board: Board, own_texts: OwnTexts) -> Built {
+    build_keys(file, KEYS as u32, board, own_texts)
+}
+
+/// Builds so many keys of a bundled instrument.
+pub fn build_keys(file: &str, keys: u32, board: Board, own_texts: OwnTexts) -> Built {
     let programs = whippen_compiler::bundled::INSTRUMENTS;
     let program = programs.iter().find(|(name, _)| *name == file);
     let mut map = SourceMap::default();
@@ -80,7 +85,6 @@ pub fn build_bench(file: &str, board: Board, own_texts: OwnTexts) -> Built {
     let model = program.instruments.into_iter().next().expect("one");
     let device = Device::bundled("voice_coil").expect("it is bundled");
     let compiled = pipeline::compile(model, device.scales(), false).expect("it lowers");
-    let keys = KEYS as u32;
     let mut setup = image::setup(&compiled, &device, keys, board.cores, 21).expect("it is set up");
     setup.own_texts = own_texts;
     let parts = [

@@ -2,9 +2,9 @@
 //! are, and when they are sampled.
 //!
 //! ```text
-//!   frame k of a tick, of eight:   select falls --sample of channel k, of every column--> word into memory
-//!                                  '--------------word of two ticks before--------------> DAC's channel k
-//!   behind frame 7:                tick: words --> keys --> words of the DACs, sent from the next tick on
+//!   frame k of eight   select falls --sample of channel k, of every column--> word in memory
+//!                      '------------word of two ticks before---------------> DAC's channel k
+//!   behind frame 7     tick: words --> keys --> words of the DACs, sent from the next tick on
 //! ```
 //!
 //! A key's sample is as old as any other's when its force begins.
@@ -22,8 +22,8 @@ pub const COLUMNS_MAX: u32 = (DMA_CHANNELS - 1) / 2;
 const DMA_CHANNELS: u32 = 16;
 /// Pins that every state machine reaches where its window begins at GPIO 0, and both packages have.
 const GPIO: u32 = 30;
-/// Cycles from the wrap that asks for a frame to its select's fall, and from there to the DAC's last
-/// edge.
+/// Cycles from the wrap that asks for a frame to its select's fall, and from there to the DAC's
+/// last edge.
 const SELECT_CYCLES: u32 = 5;
 /// See [`SELECT_CYCLES`].
 const UPDATE_CYCLES: u32 = 289;
@@ -111,8 +111,8 @@ impl Columns {
         SELECT_CYCLES + UPDATE_CYCLES + STORED_CYCLES
     }
 
-    /// Cycles from the sample of any key to the DAC's update by the tick that has it: select to last
-    /// edge, two ticks later.
+    /// Cycles from the sample of any key to the DAC's update by the tick that has it: from the
+    /// select to the last edge, two ticks later.
     pub fn latency_cycles(&self) -> u32 {
         2 * self.period_cycles + UPDATE_CYCLES
     }

@@ -3,6 +3,31 @@
 //! Not here: which board has which (`boards`).
 
 use whippen_arm::asm::Source;
+use whippen_board::Board;
+
+/// What a tick samples and drives.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Parts {
+    /// The converter of the emulator.
+    Converter,
+    /// Knobs on the chip's pins.
+    Knob,
+    /// A bench of keys on them.
+    Bench,
+    /// Columns of converters on them.
+    Columns,
+}
+
+impl Parts {
+    pub(super) fn of(board: &Board) -> Parts {
+        match (&board.knob, &board.bench, &board.columns) {
+            (Some(_), ..) => Parts::Knob,
+            (_, Some(_), _) => Parts::Bench,
+            (.., Some(_)) => Parts::Columns,
+            (None, None, None) => Parts::Converter,
+        }
+    }
+}
 
 /// A tick with the converter of the emulator.
 pub(super) const CONVERTER: Source<'static> = Source {

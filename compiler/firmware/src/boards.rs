@@ -6,7 +6,7 @@ use whippen_isa::Arch;
 
 use super::board_texts::{
     BENCH, BENCH_START, COLUMNS, COLUMNS_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB,
-    KNOB_START, KNOB_STORE, RP2, RP2350_START, UNHEARD,
+    KNOB_START, KNOB_STORE, Parts, RP2, RP2350_START, UNHEARD,
 };
 use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
@@ -44,30 +44,6 @@ struct Texts {
     constants: &'static [(&'static str, i64)],
     /// Devices that the texts reach; each is a constant of its name in capitals.
     devices: &'static [&'static str],
-}
-
-/// What a tick samples and drives.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Parts {
-    /// The converter of the emulator.
-    Converter,
-    /// Knobs on the chip's pins.
-    Knob,
-    /// A bench of keys on them.
-    Bench,
-    /// Columns of converters on them.
-    Columns,
-}
-
-impl Parts {
-    fn of(board: &Board) -> Parts {
-        match (&board.knob, &board.bench, &board.columns) {
-            (Some(_), ..) => Parts::Knob,
-            (_, Some(_), _) => Parts::Bench,
-            (.., Some(_)) => Parts::Columns,
-            (None, None, None) => Parts::Converter,
-        }
-    }
 }
 
 /// Constants of its texts.

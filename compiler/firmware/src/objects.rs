@@ -116,8 +116,8 @@ pub fn sources<'a>(board: &Support<'a>, setup: &Setup) -> Vec<Vec<Source<'a>>> {
         .collect()
 }
 
-/// The tables of programs, those of sensors that are tuned, of a knob, a bench or columns, and the calls of
-/// zones where some core has several, as assembly.
+/// The tables of programs, those of sensors that are tuned, of a knob, a bench or columns, and the
+/// calls of zones where some core has several, as assembly.
 fn tables(
     programs: &[ProgramCode],
     instruments: &[Instrument],

@@ -1,5 +1,5 @@
-//! Parts on the pins of an emulated chip: a knob, a bench of keys or columns of converters, as a board's file and a
-//! device's say, and a DAC that hears what the program sounds.
+//! Parts on the pins of an emulated chip: a knob, a bench of keys or columns of converters, as a
+//! board's file and a device's say, and a DAC that hears what the program sounds.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -63,8 +63,8 @@ pub struct OnPins {
     /// Wire keys with sensors, bridges and coils to the pins that the `[bench]` of this board names
     #[arg(long, value_name = "BOARD|FILE.toml", value_hint = ValueHint::FilePath)]
     pub bench: Option<OsString>,
-    /// Wire columns of converters, with amplifiers, coils and keys, to the pins that the `[columns]`
-    /// of this board name
+    /// Wire columns of converters, with amplifiers, coils and keys, to the pins that `[columns]` of
+    /// this board names
     #[arg(long, value_name = "BOARD|FILE.toml", value_hint = ValueHint::FilePath)]
     pub columns: Option<OsString>,
 }
