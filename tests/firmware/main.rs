@@ -11,6 +11,7 @@ mod gnu;
 mod key_bench;
 mod key_columns;
 mod keys;
+mod keys_columns_failing;
 mod keys_failing;
 mod keys_on_columns;
 mod keys_time;

@@ -32,16 +32,10 @@ const IDLE: u32 = 0x0100_0000;
 const FREE: u32 = 0x03f8_0000;
 /// Cycles from the wrap of the ticks to the select's fall of the next frame 0, less those that the
 /// DMA needs to bring the first word of every column there, so late may a tick begin to send.
-const LATE: u32 = 48;
+const LATE: u32 = 60;
 
-/// The constants of the texts, where the board has columns.
-pub(super) fn constants(
-    setup: &Setup,
-    board: &Support,
-) -> Result<Vec<(String, i64)>, FirmwareError> {
-    let Some(columns) = &board.board.columns else {
-        return Ok(Vec::new());
-    };
+/// How many keys there are, where setup and board can go together.
+fn checked(setup: &Setup, board: &Support, columns: &Columns) -> Result<u32, FirmwareError> {
     let keys: u32 = setup.keys.iter().sum();
     if keys > columns.keys() {
         return Err(FirmwareError::ColumnsKeys(keys, columns.keys()));
@@ -53,6 +47,18 @@ pub(super) fn constants(
     if ticks * u64::from(columns.period_cycles) != u64::from(board.board.clock_hz) * seconds {
         return Err(FirmwareError::Period(columns.period_cycles, setup.rate_hz));
     }
+    Ok(keys)
+}
+
+/// The constants of the texts, where the board has columns.
+pub(super) fn constants(
+    setup: &Setup,
+    board: &Support,
+) -> Result<Vec<(String, i64)>, FirmwareError> {
+    let Some(columns) = &board.board.columns else {
+        return Ok(Vec::new());
+    };
+    let keys = checked(setup, board, columns)?;
     let ticks_in = |ms: u64| setup.rate_hz.ticks_in(ms) as i64;
     let used = Columns::columns_of(keys);
     let senders = (0..used).fold(0_i64, |mask, column| mask | 1 << sender(column));
@@ -63,7 +69,15 @@ pub(super) fn constants(
         own.filter(|[of, _]| *of == block)
             .fold(first, |mask, [_, number]| mask | 1 << number)
     };
+    // Both queues of machines that have keys: eight bits each.
+    let levels = |block: u32| {
+        let own = (0..used).map(Columns::machine);
+        own.filter(|[of, _]| *of == block)
+            .fold(0_i64, |mask, [_, number]| mask | 0xff << (8 * number))
+    };
     let all = [
+        ("LEVELS0", levels(0)),
+        ("LEVELS2", levels(2)),
         ("PIN_CLOCK", columns.clock.into()),
         ("PIN_SELECT", columns.select.into()),
         ("PIN_COMMAND", columns.command.into()),

@@ -9,8 +9,8 @@
         .section .text.frame, "ax"
 
 @ R0: the number of this tick: as many as there were eights of words; R1: 0. Frames of the coming tick begin at once, so what the tick
-@ before has made is sent first. A tick that is late for that sends nothing, and its number is one too large: that is a missed tick, so
-@ all forces go to zero. So it is where no eight is new and whole in every ring, because frames stop, a word was lost or one came too
+@ before has made is sent first. A tick that is late for that, or finds words in a queue that should have gone, sends nothing, and its
+@ number is one too large: that is a missed tick, so all forces go to zero. So it is where no eight is new and whole in every ring, because frames stop, a word was lost or one came too
 @ many: sensor words stay as they were. After 10 ms of that the amplifiers are switched off.
         .global board_begin
         .type   board_begin, %function
@@ -19,12 +19,26 @@ board_begin:
         mov     r0, #1 << TICK_SLICE
         str     r0, [r1, #0xf4]         @ INTR
         ldr     r2, [r1, #20 * TICK_SLICE + 8] @ CTR: how long ago that was
+        ldr     r3, =PIO0
+        ldr     r5, =LEVELS0
+        ldr     r3, [r3, #0xc]          @ FLEVEL
         ldr     r1, =DMA
         movw    r0, #SENDERS
+        ands    r3, r3, r5
+        bne     1f
+        .if     LEVELS2
+        ldr     r3, =PIO2
+        ldr     r5, =LEVELS2
+        ldr     r3, [r3, #0xc]
+        ands    r3, r3, r5
+        bne     1f
+        .endif
         cmp     r2, #LATE
-        bhi     1f
+        bhi     2f
         str     r0, [r1, #0x450]        @ MULTI_CHAN_TRIGGER
-1:      ldr     r3, [r1, #0x44]         @ WRITE_ADDR of channel 1: column 0
+        b       2f
+1:      mov     r2, #LATE + 1
+2:      ldr     r3, [r1, #0x44]         @ WRITE_ADDR of channel 1: column 0
         movs    r5, #0
         .set    NTH, 1
         .rept   COLUMNS_USED - 1
