@@ -1,12 +1,12 @@
 //! Keys at columns of converters, whole: what a finger feels, words as jit's, when samples become
 //! forces, how long ticks take.
 
-use whippen_compiler::firmware::core_block;
+use whippen_compiler::firmware::{OwnTexts, core_block};
 use whippen_compiler::jit::{JitCode, Options};
-use whippen_emulator::{ColumnErrors, Finger};
+use whippen_emulator::{ColumnErrors, ColumnKeyParts, Finger};
 
-use crate::key_bench::{Built, Frames, PERIOD};
-use crate::key_columns::{COLUMN, ColumnBench, KEY_PARTS, START_MS, built};
+use crate::key_bench::{Built, Frames, PERIOD, build_keys};
+use crate::key_columns::{COLUMN, ColumnBench, KEY_PARTS, START_MS, board_of, built};
 use crate::keys_time::bound_of_handler;
 
 /// That no part was asked for what its document forbids, and each DAC knew each word.
@@ -41,6 +41,38 @@ fn fingers_feel_the_springs_of_a_keyboard() {
     assert_eq!(bench.put_out()[18..], [0; 6]);
     assert_eq!(bench.faults(), 0);
     assert_allowed(&bench);
+}
+
+/// An amplifier that turns a voltage round, on a board that says so: codes are the other way,
+/// forces are not.
+#[test]
+fn a_key_stands_where_it_stood_with_an_amplifier_turned_round() {
+    let mut board = board_of(1);
+    board.columns.as_mut().expect("columns").pulls_down = true;
+    let built = build_keys("virtual-spring.whip", 3, board, OwnTexts::default());
+    let parts = ColumnKeyParts {
+        full_a: -KEY_PARTS.full_a,
+        ..KEY_PARTS
+    };
+    let mut bench = ColumnBench::started(&built, parts);
+    for key in 0..3 {
+        bench.key(key).finger = Finger {
+            force_n: 0.08,
+            damping: 5.0,
+            ..Finger::default()
+        };
+    }
+    bench.pass_ms(400);
+    bench.between_ticks();
+    let sent = bench.driven();
+    bench.pass(PERIOD);
+    let put_out = bench.put_out();
+    for (key, word) in sent.into_iter().enumerate() {
+        let place = bench.key(key).place_m();
+        assert!((place - 0.8e-3).abs() < 2e-6, "key {key}: {place}");
+        assert!(word > 5000 && put_out[key] == -i32::from(word), "{word}");
+    }
+    assert_eq!(bench.faults(), 0);
 }
 
 /// What was found of strokes on all keys.

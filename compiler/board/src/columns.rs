@@ -305,6 +305,9 @@ mod tests {
         assert_eq!(all, wanted);
         assert_eq!(right(7).latency_cycles(), 7089);
         assert_eq!(Columns::columns_of(9), 2);
+        let traffic = right(7).traffic();
+        assert_eq!([traffic.reads, traffic.writes], [56, 64]);
+        assert_eq!(traffic.in_memory, 64 + 56);
     }
 
     #[test]
