@@ -12,6 +12,7 @@
 //! WHIPPEN_PROVE=changed    asks what has no answer, and writes the answers down
 //! WHIPPEN_PROVE=open       asks again what is open, too
 //! WHIPPEN_PROVE=all        asks everything anew
+//! WHIPPEN_PROVE_ONLY=TEXT  of `open` and `all` those with the text in their names
 //! WHIPPEN_PROVE_SECONDS=N  for how long a solver may take, 20 where nothing is said
 //! ```
 
@@ -115,7 +116,9 @@ pub fn check(file: &Path, queries: &[Query]) {
     if !wanted.is_empty() {
         let Some(solvers) = Solver::all() else { return };
         let seconds = whippen_need::count("WHIPPEN_PROVE_SECONDS", SECONDS);
-        let is_asked = |line: &&Line, query: &Query| match wanted.as_str() {
+        let only = std::env::var("WHIPPEN_PROVE_ONLY").unwrap_or_default();
+        let is_kept = |line: &&Line, query: &Query| match wanted.as_str() {
+            _ if !query.name.contains(&only) => line.hash == hash(&query.text),
             "all" => false,
             "open" if line.verdict == Verdict::Open => false,
             _ => line.hash == hash(&query.text),
@@ -123,7 +126,7 @@ pub fn check(file: &Path, queries: &[Query]) {
         let mut lines = BTreeMap::new();
         for query in queries {
             let old = known.get(&query.name);
-            let old = old.filter(|line| is_asked(line, query));
+            let old = old.filter(|line| is_kept(line, query));
             match old.map_or_else(|| asked(&solvers, query, seconds), |line| Ok(line.clone())) {
                 Ok(line) => {
                     let was = known.get(&query.name).map(|line| line.verdict);
