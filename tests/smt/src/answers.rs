@@ -123,7 +123,8 @@ pub fn check(file: &Path, queries: &[Query]) {
             "open" if line.verdict == Verdict::Open => false,
             _ => line.hash == hash(&query.text),
         };
-        let mut lines = BTreeMap::new();
+        // What was answered stays, so that whoever ends this loses nothing.
+        let mut lines = known.clone();
         for query in queries {
             let old = known.get(&query.name);
             let old = old.filter(|line| is_kept(line, query));
@@ -135,10 +136,15 @@ pub fn check(file: &Path, queries: &[Query]) {
                     }
                     lines.insert(query.name.clone(), line);
                 }
-                Err(why) => wrong.push(why),
+                Err(why) => {
+                    lines.remove(&query.name);
+                    wrong.push(why);
+                }
             }
             std::fs::write(file, write(&lines)).expect("a file of answers");
         }
+        lines.retain(|name, _| queries.iter().any(|query| query.name == *name));
+        std::fs::write(file, write(&lines)).expect("a file of answers");
     } else {
         for query in queries {
             match known.get(&query.name) {

@@ -1,5 +1,6 @@
 //! Claims about all numbers, proven by solvers; `docs/proofs.md` says which and how.
 
+mod counts;
 mod lifter;
 mod machine;
 mod meaning;
