@@ -122,8 +122,6 @@ const QUOTIENT: i128 = 1 << 29;
 pub(super) fn of_type(name: &str) -> Option<Interval> {
     Some(match name {
         "i1" => Interval::new(0, 1),
-        "i16" => Interval::new(i16::MIN.into(), i16::MAX.into()),
-        "u16" => Interval::new(0, u16::MAX.into()),
         "i32" => WORD,
         "i64" => Interval::new(i64::MIN.into(), i64::MAX.into()),
         _ => return None,

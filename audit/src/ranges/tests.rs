@@ -15,6 +15,7 @@ const GIVEN: &str = "
   cell g: i32 x 3 [-6..6] = 0
   cell at: i32 [0..1] = 0
   cell n: i32 [-9..-2] = -2
+  cell e: i32 [-9..2] = 0
   cell full: i32 [-2147483648..2147483647] = 0
   line d: 4 [-7..7]
   table t x 2 = { 1, -20, 3, 40, 5, 60 }
@@ -28,6 +29,7 @@ const GIVEN: &str = "
     v6: i32 [0..1] = get at
     v7: i32 [-9..-2] = get n
     v8: i32 [-2147483648..2147483647] = get full
+    v9: i32 [-9..2] = get e
 ";
 
 /// An operator with its operands, and type and ends of its result.
@@ -62,6 +64,7 @@ const ROWS: &[(&str, &str, i64, i64)] = &[
     ("sar_round v0 1", "i32", -1, 3),
     ("div_round v0 v1 0", "i32", -1, 3),
     ("div_round v0 v1 2", "i32", -6, 10),
+    ("div_round v1 v1 2", "i32", 1, 14),
     ("div_round v0 v7 0", "i32", -2, 2),
     ("div_round v0 v2 0", "i32", -5, 5),
     ("quot v0 v1 0", "i32", -2, 2),
@@ -76,6 +79,8 @@ const ROWS: &[(&str, &str, i64, i64)] = &[
     ("assume v0 -9 2", "i32", -3, 2),
     ("lt v0 v1", "i1", 0, 1),
     ("lt v7 v1", "i1", 1, 1),
+    ("lt v1 v9", "i1", 0, 0),
+    ("le v9 v1", "i1", 1, 1),
     ("le v1 v7", "i1", 0, 0),
     ("le v0 v1", "i1", 0, 1),
     ("eq v0 v1", "i1", 0, 1),
@@ -96,13 +101,13 @@ fn text(statement: &str) -> String {
 }
 
 fn is_taken(op: &str, ty: &str, low: i64, high: i64) -> bool {
-    check_ranges(&text(&format!("v9: {ty} [{low}..{high}] = {op}"))).is_ok()
+    check_ranges(&text(&format!("v10: {ty} [{low}..{high}] = {op}"))).is_ok()
 }
 
 #[test]
 fn every_operator_has_the_interval_of_its_operands() {
     for (op, ty, low, high) in ROWS {
-        let found = check_ranges(&text(&format!("v9: {ty} [{low}..{high}] = {op}")));
+        let found = check_ranges(&text(&format!("v10: {ty} [{low}..{high}] = {op}")));
         assert!(found.is_ok(), "{op}: {found:?}");
         for (low, high) in [(*low + 1, *high), (*low, *high - 1)] {
             assert!(!is_taken(op, ty, low, high), "{op} in [{low}..{high}]");
@@ -123,5 +128,43 @@ fn what_is_stored_must_have_room() {
     for (statement, has_room) in rows {
         let found = check_ranges(&text(statement));
         assert_eq!(found.is_ok(), has_room, "{statement}: {found:?}");
+    }
+}
+
+#[test]
+fn what_a_cell_holds_at_first_lies_in_its_range() {
+    for (start, is_inside) in [(1, true), (2, true), (0, false), (3, false)] {
+        let text = format!("kernel k @44100 {{\n  cell z: i32 [1..2] = {start}\n}}\n");
+        assert_eq!(check_ranges(&text).is_ok(), is_inside, "{start}");
+    }
+}
+
+#[test]
+fn a_refusal_says_both_intervals() {
+    let found = check_ranges(&text("v10: i32 [-3..4] = add v0 v1"));
+    let why = found.expect_err("the sum is more").to_string();
+    assert!(
+        why.contains("[-3..4] is declared, [-1..12] is computed"),
+        "{why}"
+    );
+}
+
+#[test]
+fn a_value_is_of_a_type_of_values() {
+    let found = check_ranges(&text("v10: u16 [3..9] = in x"));
+    let why = found
+        .expect_err("a port has that type, a value has none")
+        .to_string();
+    assert!(why.contains("`u16` is no type"), "{why}");
+}
+
+#[test]
+fn promises_are_collected() {
+    for statement in [
+        "wave g g v1 v7 v1 v7 v1 v1",
+        "v10: i32 [-1..5] = assume v0 -1 9",
+    ] {
+        let found = check_ranges(&text(statement)).expect("it is taken");
+        assert_eq!(found[0].promises, [statement]);
     }
 }
