@@ -61,6 +61,7 @@ pub const PARTS: &[(&str, &[&str])] = &[
             "docs/firmware.md",
             "docs/knob.md",
             "docs/bench.md",
+            "docs/columns.md",
             "docs/sound-out.md",
             "docs/chips.md",
             "docs/monitor.md",

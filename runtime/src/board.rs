@@ -4,6 +4,7 @@
 //! `whippen_compiler::image`'s.
 
 mod bench;
+mod columns;
 mod i2s;
 mod knob;
 mod known;
@@ -100,6 +101,7 @@ fn read(path: &Path, text: &str) -> Result<Board, FileError> {
         places,
         knob: knob::knob(&entries)?,
         bench: bench::bench(&entries)?,
+        columns: columns::columns(&entries)?,
         i2s: i2s::i2s(&entries)?,
     };
     match board.contradiction() {

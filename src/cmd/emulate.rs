@@ -12,6 +12,7 @@
 mod bench;
 mod board;
 mod chips;
+mod columns;
 mod gdb;
 mod image;
 mod knob;
@@ -230,6 +231,10 @@ Examples:
   # Keys on a bench, and what the DAC beside them is given.
   whippen build instruments/clavichord-heard.whip --board rp2350b_bench --keys 2 --device voice_coil --tick-rate 150MHz/3400 -o keys.elf
   whippen emulate keys.elf --board rp2350 --bench rp2350b_bench --motion press.csv --out keys.csv --heard keys.wav
+
+  # Keys at columns of converters.
+  whippen build instruments/grand-piano.whip --board rp2350_columns --keys 16 --device voice_coil --tick-rate 150MHz/3400 -o columns.elf
+  whippen emulate columns.elf --board rp2350 --columns rp2350_columns --motion press.csv --pressed 1,9 --out columns.csv
 
   # A keyboard with `build --monitor`, and whippen monitor at its serial port.
   whippen emulate piano.elf --board rp2350 --uart 4444 &

@@ -2,6 +2,7 @@
 //! they are for.
 
 mod chips;
+mod usual;
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -27,6 +28,8 @@ use whippen_runtime::device::Device;
 use whippen_runtime::image::{self, ImageInstrument};
 
 pub use self::chips::{Chip, counted, file_of_chip, keys_of_chips};
+use self::usual::keys_of;
+pub use self::usual::{FIRST_NOTE, KEYS, usual_keys};
 use super::calibration::CalibrationArgs;
 use super::load;
 use super::monitor_image::MonitorImageArgs;
@@ -71,17 +74,6 @@ pub struct SetupArgs {
     firmware: FirmwareArgs,
     #[command(flatten)]
     pub monitor: MonitorImageArgs,
-}
-
-/// The MIDI number of the first key where no keyboard says otherwise: A0.
-pub const FIRST_NOTE: u8 = 21;
-
-/// How many keys there are where nobody says otherwise.
-pub const KEYS: u32 = 88;
-
-/// As many keys, or one: what is no instrument of a key is played once.
-pub fn usual_keys(model: &Model) -> u32 {
-    if model.is_of_key() { KEYS } else { 1 }
 }
 
 /// Everything that code is made of.
@@ -255,7 +247,7 @@ impl SetupArgs {
         let compile = |&model: &&Model| load::compiled(&map, model.clone(), &device, false);
         let instruments = models.iter().map(compile).collect::<Result<_, _>>()?;
         Ok(ImageSetup {
-            keys: self.keys.unwrap_or(usual_keys_of(&board, &layout, chips)),
+            keys: self.keys.unwrap_or(keys_of(&board, &layout, chips)),
             chips,
             chip: None,
             instruments,
@@ -282,15 +274,6 @@ pub fn find_board(wanted: Option<&OsStr>, keyboard: Option<&Keyboard>) -> Result
         None => (name.to_str().and_then(board::bundled)).ok_or_else(|| BOARD.absent(name)),
     };
     found.map_err(Failure::Usage)
-}
-
-/// How many keys a board has where nobody says: those that are wired, or the keyboard's.
-fn usual_keys_of(board: &Board, layout: &Layout, chips: u32) -> u32 {
-    match (&board.knob, &board.bench) {
-        (Some(knob), _) => chips * knob.count(),
-        (None, Some(bench)) => chips * bench.keys(),
-        (None, None) => layout.keys,
-    }
 }
 
 /// The prefix of all names of an instrument in code.

@@ -311,6 +311,31 @@ fn the_same_bytes_of_a_bench() {
     }
 }
 
+#[test]
+fn the_same_bytes_of_columns() {
+    if !whippen_need::tools(&["arm-none-eabi-as", "arm-none-eabi-objcopy"]) {
+        return;
+    }
+    let program = Rig::new(&kernel("virtual-spring.whip"), 0).programs;
+    let of = |keys: u32| Setup {
+        keys: vec![keys],
+        rate_hz: Rate::new(750_000, 17).expect("a rate"),
+        ..setup()
+    };
+    for (columns, keys) in [(1, 3), (3, 16), (7, 56)] {
+        for pulls_down in [false, true] {
+            let mut board = crate::key_columns::board_of(columns);
+            board.columns.as_mut().expect("columns").pulls_down = pulls_down;
+            let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
+            let most = 8 * columns as u32;
+            let refused = constants(&program, &of(most + 1), &board).expect_err("refused");
+            assert_eq!(refused, FirmwareError::ColumnsKeys(most + 1, most));
+            let compared = compare(&board, "cortex-m33", &of(keys), Form::Plain);
+            assert!(compared > 1600, "{compared} bytes");
+        }
+    }
+}
+
 /// Names that the tests of mistakes would not find: a board's text is reported as it was named.
 #[test]
 fn a_board_s_mistake_is_told_with_its_line() {

@@ -65,9 +65,10 @@ pub fn bundled_board() -> Board {
     board::bundled("rp2350b_bench").expect("it is bundled")
 }
 
-/// The whole image of eight keys of a bundled instrument, what it is compiled of, and its rate.
-pub fn whole_bench(
+/// The whole image of so many keys of a bundled instrument, what it is compiled of, and its rate.
+pub fn whole_keys(
     file: &str,
+    keys: u32,
     board: &Board,
     own_texts: OwnTexts,
 ) -> (FirmwareImage, Compiled, Rate) {
@@ -84,7 +85,6 @@ pub fn whole_bench(
     let model = program.instruments.into_iter().next().expect("one");
     let device = Device::bundled("voice_coil").expect("it is bundled");
     let compiled = pipeline::compile(model, device.scales(), false).expect("it lowers");
-    let keys = KEYS as u32;
     let mut setup = image::setup(&compiled, &device, keys, board.cores, 21).expect("it is set up");
     setup.own_texts = own_texts;
     let parts = [
@@ -99,7 +99,12 @@ pub fn whole_bench(
 
 /// Builds eight keys of a bundled instrument, which are in time.
 pub fn build_bench(file: &str, board: Board, own_texts: OwnTexts) -> Built {
-    let (built, compiled, rate_hz) = whole_bench(file, &board, own_texts);
+    build_keys(file, KEYS as u32, board, own_texts)
+}
+
+/// Builds so many keys of a bundled instrument, which are in time.
+pub fn build_keys(file: &str, keys: u32, board: Board, own_texts: OwnTexts) -> Built {
+    let (built, compiled, rate_hz) = whole_keys(file, keys, &board, own_texts);
     let proof = pipeline::prove(&built, &board, rate_hz, &mut unobserved);
     let mut proof = proof.unwrap_or_else(|e| panic!("{e}"));
     let program = &mut proof.programs[0];

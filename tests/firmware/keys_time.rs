@@ -8,7 +8,7 @@ use crate::key_bench::{Bench, Built, Frames, KEYS, PARTS, PERIOD, build_bench, b
 use crate::keys::bundled;
 
 /// Cycles of a tick from its handler on, at most.
-fn bound_of_handler(built: &Built) -> u64 {
+pub fn bound_of_handler(built: &Built) -> u64 {
     let bound = &built.bounded.contended;
     let before = ["the instruction in progress", "entry of the interrupt"];
     let parts = bound.parts.iter();

@@ -27,8 +27,8 @@ pub const PERIOD: u64 = 3400;
 /// What the first start takes: looking, raising the field, a turn of it there and back, keeping
 /// what was found.
 pub const START_MS: u64 = 590;
-/// What the next one takes.
-pub const AGAIN_MS: u64 = 13;
+/// What the next one takes: looking, and trying what is kept.
+pub const AGAIN_MS: u64 = 297;
 /// Where it is kept, and the bytes of that.
 pub const STORE: u32 = 0x103f_f000;
 pub const STORED: usize = 256;

@@ -1,5 +1,5 @@
-//! What the start of a knob finds of its motor is kept in flash: the next start turns nothing,
-//! unless what is kept is spoiled or somebody asks.
+//! What the start of a knob finds of its motor is kept in flash: the next start only tries it with
+//! a small motion, unless what is kept is spoiled, is not true of the motor, or somebody asks.
 
 use whippen_compiler::firmware::core_block;
 use whippen_emulator::{KnobParts, Stop};
@@ -25,10 +25,14 @@ fn start(bench: &mut Bench, ms: u64) -> (f64, f64) {
     (turned, current)
 }
 
-/// Whether the bench finds its motor anew: within 40 ms a field is there that rises.
+/// A twelfth of an electrical turn (rad), by which what is kept is tried.
+const TRIED_RAD: f64 = std::f64::consts::TAU / 12.0 / 7.0;
+
+/// Whether the bench finds its motor anew, though it may have tried first what is kept: it turns
+/// by nearly half an electrical turn one way at least.
 fn aligns(bench: &mut Bench) -> bool {
-    let (_, current) = start(bench, 40);
-    current > 0.1
+    let (turned, _) = start(bench, AGAIN_MS + 250);
+    turned > 5.0 * TRIED_RAD
 }
 
 /// A first start, millisecond by millisecond; what is stored while the sector is erased, and at the
@@ -50,7 +54,7 @@ fn first_start(parts: KnobParts) -> (Bench, Vec<u8>, Vec<u8>) {
 }
 
 #[test]
-fn the_next_start_turns_nothing() {
+fn the_next_start_tries_what_is_kept() {
     for (reversed, angle_rad) in [(false, 1.0), (true, 4.0)] {
         let mut parts = PARTS;
         (parts.motor.reversed, parts.angle_rad) = (reversed, angle_rad);
@@ -62,9 +66,12 @@ fn the_next_start_turns_nothing() {
         next.angle_rad += 2.0;
         let mut bench = Bench::new(next);
         bench.keep(&stored);
+        let from = bench.angle();
         let (turned, current) = start(&mut bench, AGAIN_MS);
-        println!("reversed {reversed}: {turned} rad, {current} A");
-        assert!(turned < 1e-6 && current < 1e-3, "{turned} rad, {current} A");
+        let left = bench.angle() - from;
+        println!("reversed {reversed}: {turned} rad, {left} left, {current} A");
+        assert!((0.8..1.2).contains(&(turned / TRIED_RAD)), "{turned} rad");
+        assert!(left.abs() < 0.2 * TRIED_RAD, "{left} rad");
         assert_eq!((bench.faults(), bench.knob().is_driven()), (0, true));
         assert!(bench.word("core0", core_block::TICK) > 0);
         let error = bench.electrical_error(&next).to_degrees();
@@ -75,6 +82,54 @@ fn the_next_start_turns_nothing() {
         bench.keep(&erased);
         assert!(aligns(&mut bench));
     }
+}
+
+/// A magnet that was moved on its shaft, by parts of an electrical turn: what is kept is not true
+/// any more, up to the motor that would run away and the one that stands where it is pushed
+/// neither way; and a motor that is now wired the other way round.
+#[test]
+fn a_magnet_that_was_moved_is_noticed() {
+    let (_, _, stored) = first_start(PARTS);
+    for (part, is_noticed) in [
+        (0.0, false),
+        (0.01, false),
+        (0.06, true),
+        (-0.06, true),
+        (0.25, true),
+        (0.45, true),
+        (0.5, true),
+        (-0.5, true),
+        (-0.3, true),
+    ] {
+        let mut parts = PARTS;
+        parts.motor.offset_rad += part * std::f64::consts::TAU;
+        check_noticed(
+            parts,
+            &stored,
+            is_noticed,
+            &format!("{part} of an electrical turn"),
+        );
+    }
+    let mut parts = PARTS;
+    parts.motor.reversed = true;
+    check_noticed(parts, &stored, true, "reversed");
+}
+
+/// Starts with what is stored of other parts: whether the motor is found anew, which then is right.
+fn check_noticed(parts: KnobParts, stored: &[u8], is_noticed: bool, told: &str) {
+    let mut bench = Bench::new(parts);
+    bench.keep(stored);
+    assert_eq!(aligns(&mut bench), is_noticed, "{told}");
+    bench.pass_ms(AGAIN_MS + START_MS);
+    assert_eq!(
+        (bench.faults(), bench.knob().is_driven()),
+        (0, true),
+        "{told}"
+    );
+    let error = bench.electrical_error(&parts).to_degrees();
+    println!("{told}: {error} degrees");
+    assert!(error.abs() < 6.0, "{told}: {error}");
+    assert_eq!(bench.stored() == stored, !is_noticed, "{told}");
 }
 
 /// A bit of each word of the record, of its check, and a record of other parts.

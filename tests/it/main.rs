@@ -14,6 +14,7 @@ mod calibration;
 mod cases;
 mod cli;
 mod closed;
+mod columns;
 mod common;
 mod cycle;
 mod dead_band;

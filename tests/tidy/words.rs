@@ -27,6 +27,7 @@ const RETIRED: &[(&str, &str, &[&str])] = &[
             "tests/firmware/knob",
             "tests/firmware/sound_out.rs",
             "tests/it/bench.rs",
+            "tests/it/columns.rs",
             "tests/it/emulate",
         ],
     ),

@@ -152,6 +152,11 @@ impl Bench {
         sensors.chain(bridges).chain(others).collect()
     }
 
+    /// What its DMA does in a tick.
+    pub(crate) fn traffic(&self) -> DmaTraffic {
+        TRAFFIC
+    }
+
     fn contradiction(&self) -> Option<(&'static str, String)> {
         self.pins_that_cannot_be()
             .or_else(|| self.times_that_cannot_be())
@@ -248,11 +253,6 @@ impl Board {
             key: format!("bench.{key}"),
             what,
         })
-    }
-
-    /// What its DMA does in a tick, if it has one at work.
-    pub fn dma_traffic(&self) -> Option<DmaTraffic> {
-        self.bench.is_some().then_some(TRAFFIC)
     }
 }
 

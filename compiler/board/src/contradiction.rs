@@ -34,6 +34,7 @@ impl Board {
             .or_else(|| self.start_outside_flash())
             .or_else(|| self.knob_that_cannot_be())
             .or_else(|| self.bench_that_cannot_be())
+            .or_else(|| self.columns_that_cannot_be())
             .or_else(|| self.sound_that_cannot_be())
     }
 

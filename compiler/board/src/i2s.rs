@@ -32,7 +32,8 @@ impl SoundPort {
     pub fn period_cycles(board: &Board) -> u32 {
         let knob = board.knob.as_ref().map(|knob| knob.period_cycles);
         let bench = board.bench.as_ref().map(|bench| bench.period_cycles);
-        knob.or(bench).unwrap_or(0)
+        let columns = board.columns.as_ref().map(|columns| columns.period_cycles);
+        knob.or(bench).or(columns).unwrap_or(0)
     }
 
     /// Bits of the right word with which the state machine begins.
@@ -103,13 +104,14 @@ impl Board {
             let name = |(key, pin): (&str, u32)| (format!("{table}.{key}"), pin);
             wires.into_iter().map(name).collect()
         };
-        let (key, what) = match (&self.knob, &self.bench) {
-            (Some(knob), _) => port.contradiction(&own("knob", knob.wires()))?,
-            (None, Some(bench)) => port.contradiction(&own("bench", bench.wires()))?,
-            (None, None) => (
+        let (key, what) = match (&self.knob, &self.bench, &self.columns) {
+            (Some(knob), ..) => port.contradiction(&own("knob", knob.wires()))?,
+            (_, Some(bench), _) => port.contradiction(&own("bench", bench.wires()))?,
+            (.., Some(columns)) => port.contradiction(&own("columns", columns.wires()))?,
+            (None, None, None) => (
                 "clock",
-                "is on a board without `[knob]` and `[bench]`: the emulator's converter has a \
-                 sound output of its own"
+                "is on a board without `[knob]`, `[bench]` and `[columns]`: the emulator's \
+                 converter has a sound output of its own"
                     .into(),
             ),
         };

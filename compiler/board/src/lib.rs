@@ -9,6 +9,7 @@
 //! Not here: reading files, pipelines of cores (`whippen_isa::timing`), the firmware's texts.
 
 mod bench;
+mod columns;
 mod contradiction;
 mod i2s;
 mod knob;
@@ -18,6 +19,9 @@ use whippen_isa::Arch;
 use whippen_isa::timing::Core;
 
 pub use bench::{Bench, CONVERSION_CYCLES, CONVERSIONS, DmaTraffic, PACE_SLICE, TICK_SLICE};
+pub use columns::{
+    COLUMN_KEYS, COLUMNS_MAX, CONVERTER_RANGES, ColumnWires, Columns, ConverterRange,
+};
 pub use contradiction::Contradiction;
 pub use i2s::SoundPort;
 pub use knob::{FRAME_CYCLES, Knob, Shaft, Wire};
@@ -71,7 +75,7 @@ pub struct Board {
     /// Devices that the firmware uses, by name, with the first address of each.
     pub devices: Vec<(String, u32)>,
     /// Number of the interrupt of a tick: the converter's, that of the knob's sensor, or that of
-    /// the slice of PWM which counts a bench's ticks.
+    /// the slice of PWM which counts the ticks of a bench or of columns.
     pub converter_interrupt: u32,
     /// Where the stack of each core ends: the address behind its highest word.
     pub stacks: Vec<u32>,
@@ -81,6 +85,8 @@ pub struct Board {
     pub knob: Option<Knob>,
     /// The key bench on its pins, in place of that.
     pub bench: Option<Bench>,
+    /// Columns of keys on its pins, in place of these.
+    pub columns: Option<Columns>,
     /// The DAC on its pins, beside one of these.
     pub i2s: Option<SoundPort>,
 }

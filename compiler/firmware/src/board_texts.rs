@@ -3,6 +3,31 @@
 //! Not here: which board has which (`boards`).
 
 use whippen_arm::asm::Source;
+use whippen_board::Board;
+
+/// What a tick samples and drives.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Parts {
+    /// The converter of the emulator.
+    Converter,
+    /// Knobs on the chip's pins.
+    Knob,
+    /// A bench of keys on them.
+    Bench,
+    /// Columns of converters on them.
+    Columns,
+}
+
+impl Parts {
+    pub(super) fn of(board: &Board) -> Parts {
+        match (&board.knob, &board.bench, &board.columns) {
+            (Some(_), ..) => Parts::Knob,
+            (_, Some(_), _) => Parts::Bench,
+            (.., Some(_)) => Parts::Columns,
+            (None, None, None) => Parts::Converter,
+        }
+    }
+}
 
 /// A tick with the converter of the emulator.
 pub(super) const CONVERTER: Source<'static> = Source {
@@ -44,6 +69,18 @@ pub(super) const BENCH: Source<'static> = Source {
 pub(super) const BENCH_START: Source<'static> = Source {
     name: "firmware/bench_start.s",
     text: include_str!("bench_start.s"),
+};
+
+/// A tick with columns of converters on them.
+pub(super) const COLUMNS: Source<'static> = Source {
+    name: "firmware/columns.s",
+    text: include_str!("columns.s"),
+};
+
+/// How these are started.
+pub(super) const COLUMNS_START: Source<'static> = Source {
+    name: "firmware/columns_start.s",
+    text: include_str!("columns_start.s"),
 };
 
 /// Samples that leave nowhere.

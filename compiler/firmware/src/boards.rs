@@ -5,8 +5,8 @@ use whippen_board::{Board, Start};
 use whippen_isa::Arch;
 
 use super::board_texts::{
-    BENCH, BENCH_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB, KNOB_START, KNOB_STORE,
-    RP2, RP2350_START, UNHEARD,
+    BENCH, BENCH_START, COLUMNS, COLUMNS_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB,
+    KNOB_START, KNOB_STORE, Parts, RP2, RP2350_START, UNHEARD,
 };
 use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
@@ -44,27 +44,6 @@ struct Texts {
     constants: &'static [(&'static str, i64)],
     /// Devices that the texts reach; each is a constant of its name in capitals.
     devices: &'static [&'static str],
-}
-
-/// What a tick samples and drives.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Parts {
-    /// The converter of the emulator.
-    Converter,
-    /// Knobs on the chip's pins.
-    Knob,
-    /// A bench of keys on them.
-    Bench,
-}
-
-impl Parts {
-    fn of(board: &Board) -> Parts {
-        match (&board.knob, &board.bench) {
-            (Some(_), _) => Parts::Knob,
-            (None, Some(_)) => Parts::Bench,
-            (None, None) => Parts::Converter,
-        }
-    }
 }
 
 /// Constants of its texts.
@@ -124,6 +103,27 @@ const TEXTS: &[Texts] = &[
             "watchdog",
             "pwm",
             "adc",
+            "dma",
+            "busctrl",
+        ],
+    },
+    Texts {
+        arch: Arch::V8M,
+        cores: 1,
+        start: Start::ImageDef,
+        parts: Parts::Columns,
+        clock_hz: 150_000_000,
+        tick: COLUMNS,
+        rest: &[RP2350_START, RP2, COLUMNS_START],
+        constants: RP2350,
+        devices: &[
+            "uart",
+            "io_bank0",
+            "pads_bank0",
+            "watchdog",
+            "pwm",
+            "pio0",
+            "pio2",
             "dma",
             "busctrl",
         ],
@@ -269,7 +269,8 @@ impl Support<'_> {
     /// Whether the start lets the cores go before the DMA at memory: the bundled text does.
     pub(super) fn yields_dma(&self) -> bool {
         let starts = self.rest();
-        starts.iter().any(|source| source.text == BENCH_START.text)
+        let yielding = [BENCH_START.text, COLUMNS_START.text];
+        starts.iter().any(|source| yielding.contains(&source.text))
     }
 
     /// The constants that the board gives the texts.

@@ -14,7 +14,7 @@ use super::offsets::assembly_constants;
 use super::ports::Guards;
 use super::sound::channels;
 use super::{
-    FirmwareError, Motor, Passivity, Setup, Support, bench, drive_offset_bytes, i2s, knob,
+    FirmwareError, Motor, Passivity, Setup, Support, bench, columns, drive_offset_bytes, i2s, knob,
 };
 
 /// What the offset of a load reaches.
@@ -133,6 +133,7 @@ pub fn constants(
     all.insert("STORE".into(), knob::is_stored(board.board).into());
     all.extend(knob::constants(setup, board)?);
     all.extend(bench::constants(setup, board)?);
+    all.extend(columns::constants(setup, board)?);
     all.extend(i2s::constants(board.board));
     Ok(all)
 }

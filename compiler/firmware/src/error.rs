@@ -35,7 +35,9 @@ pub enum FirmwareError {
     Knobs(u32, u32),
     /// So many keys are wanted, and the board's bench has so many.
     BenchKeys(u32, u32),
-    /// The board has a bench of keys, and the instrument is none of a key.
+    /// So many keys are wanted, and the board's columns have so many.
+    ColumnsKeys(u32, u32),
+    /// The board has keys on its pins, and the instrument is none of a key.
     BenchPorts,
     /// The board makes voltages, and the device does not say what its coil is.
     NoCoil,
@@ -94,6 +96,7 @@ impl fmt::Display for FirmwareError {
             FirmwareError::Period(..)
             | FirmwareError::Knobs(..)
             | FirmwareError::BenchKeys(..)
+            | FirmwareError::ColumnsKeys(..)
             | FirmwareError::BenchPorts
             | FirmwareError::NoCoil
             | FirmwareError::Coil(_) => self.tell_of_parts(f),
@@ -128,8 +131,13 @@ impl FirmwareError {
                 "{wanted} keys on a board whose [bench] has pins for {has}: give it `--keys {has}` \
                  or fewer"
             ),
+            Self::ColumnsKeys(wanted, has) => write!(
+                f,
+                "{wanted} keys on a board whose [columns] have pins for {has}: give it `--keys {has}` \
+                 or fewer"
+            ),
             Self::BenchPorts => f.write_str(
-                "the board has a bench of keys, and the instrument has other ports than a key: \
+                "the board has keys on its pins, and the instrument has other ports than a key: \
                  take another board",
             ),
             Self::NoCoil => f.write_str(

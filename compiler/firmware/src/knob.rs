@@ -56,6 +56,10 @@ const RAISE_MS: u64 = 50;
 const WAIT_MS: u64 = 50;
 /// How much of an electrical turn the knob goes at the start, at least and at most (%).
 const ALIGN_PERCENT: [u32; 2] = [85, 115];
+/// How much of an electrical turn it goes at most in a field where its magnet is said to be, and at
+/// least and at most where that moves on by a twelfth (%).
+const STANDS_PERCENT: u32 = 4;
+const FOLLOWS_PERCENT: [u32; 2] = [3, 13];
 
 /// How long the watchdog waits while the flash is written: the slowest sector takes less than half.
 const STORE_MS: u32 = 1000;
@@ -186,7 +190,7 @@ pub(super) fn constants(
     let half = knob.period_cycles / 2;
     let (rest, shafts) = (knob.period_cycles - 356, Slices::of(knob));
     let ticks_in = |ms: u64| setup.rate_hz.ticks_in(ms) as i64;
-    let turned = ALIGN_PERCENT.map(|part| i64::from(STEPS * part / 100 / knob.pole_pairs));
+    let turned = |percent: u32| i64::from(STEPS * percent / 100 / knob.pole_pairs);
     let all = [
         ("KNOBS", knob.count().into()),
         ("PIN_CLOCK", knob.clock.into()),
@@ -219,8 +223,11 @@ pub(super) fn constants(
         ("BACK0", whole(factors.back)),
         ("ALIGN", whole(factors.align)),
         ("TURN0", 4 * i64::from(knob.pole_pairs)),
-        ("TURNED_LOW", turned[0]),
-        ("TURNED_HIGH", turned[1]),
+        ("TURNED_LOW", turned(ALIGN_PERCENT[0])),
+        ("TURNED_HIGH", turned(ALIGN_PERCENT[1])),
+        ("STANDS", turned(STANDS_PERCENT)),
+        ("FOLLOWS_LOW", turned(FOLLOWS_PERCENT[0])),
+        ("FOLLOWS_HIGH", turned(FOLLOWS_PERCENT[1])),
     ];
     let all = all.map(|(name, value)| (name.to_string(), value));
     Ok(all

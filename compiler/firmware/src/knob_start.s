@@ -186,9 +186,9 @@ start_carrier:
         bx      lr
 
 @ Where the magnet is: a field that stands still pulls it there, and one that turns once takes it along, there and back, so that what
-@ friction holds back cancels out. Where it is known from a start before (knob_store.s), nothing turns.
+@ friction holds back cancels out. Where it is known from a start before (knob_store.s), a small motion shows whether that is right.
 @
-@   look (disabled) -> known, or of each: raise -> once forward -> wait -> once back -> wait -> direction, offset
+@   look (disabled) -> known and still right, or of each: raise -> once forward -> wait -> once back -> wait -> direction, offset
 find_motors:
         push    {lr}
         mov     r1, #8192               @ the first word may be any
@@ -215,7 +215,11 @@ find_motors:
         .if     STORE
         bl      recall_alignment
         cmp     r0, #0
+        beq     find_all
+        bl      check_alignment
+        cmp     r0, #0
         bne     begin
+find_all:
         .endif
         ldr     r10, =knob_wires
         ldr     r4, =knob

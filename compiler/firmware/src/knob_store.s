@@ -1,5 +1,6 @@
-@ What a start finds of the motors, kept in a sector of flash, so that the next one turns nothing. A record counts where its check is
-@ right and it is of these parts: after a write that was cut off, or with other parts, the motors are found anew.
+@ What a start finds of the motors, kept in a sector of flash, so that the next one need not turn them. A record counts where its check
+@ is right, it is of these parts, and each motor does what it says of it: after a write that was cut off, with other parts, or where a
+@ magnet was moved, the motors are found anew.
 @
 @   STORE_AT | "WHIP" | number of the parts | of each: turn, offset | CRC-32 of all these | ones, a page in all
 @
@@ -9,6 +10,7 @@
         .if     STORE
         .equ    RECORD_MARK, 0x50494857
         .equ    ASKED, 0x4e474c41
+        .equ    STEP, 3                 @ of 65536 a turn
 
 @ The page as it is written.
         .section .bss.store, "aw", %nobits
@@ -68,6 +70,102 @@ record_check:
         bne     1b
         mvns    r0, r0
         bx      lr
+
+@ Whether each motor does what is stored of it. A field where its magnet is said to be makes no torque if that is right, and takes the
+@ magnet along as it moves on by a twelfth of an electrical turn; a magnet opposite to it is pushed the other way. R0: not 0 where all do.
+@
+@   raise -> (stands?) -> a twelfth on -> (follows?) -> back -> none
+        .global check_alignment
+        .type   check_alignment, %function
+check_alignment:
+        push    {r4-r6, r8-r11, lr}     @ R7 goes on: the number of the last word
+        ldr     r10, =knob_wires
+        ldr     r4, =knob
+        movs    r1, #KNOBS
+        mov     r11, r1
+1:      ldr     r8, [r4, #K_POSITION]
+        ldr     r0, [r4, #K_TURN]
+        ldr     r1, [r4, #K_FRAME_ANGLE]
+        mul     r9, r0, r1
+        ldr     r0, [r4, #K_OFFSET]
+        add     r9, r9, r0
+        sub     r9, r9, #16384          @ a quarter behind the voltage of a torque
+        movs    r6, #0
+2:      ldr     r1, =ALIGN
+        ldr     r2, =RAISE
+        muls    r1, r6, r1
+        udiv    r1, r1, r2
+        bl      hold
+        adds    r6, #1
+        ldr     r2, =RAISE
+        cmp     r6, r2
+        bne     2b
+        bl      hold_on
+        ldr     r0, [r4, #K_POSITION]
+        sub     r5, r0, r8              @ how far it did not stand
+        mov     r8, r0
+        movs    r0, #STEP
+        bl      move_on
+        ldr     r0, [r4, #K_POSITION]
+        sub     r8, r0, r8              @ how far it followed
+        mvn     r0, #STEP - 1
+        bl      move_on
+        movs    r1, #0
+        bl      hold
+        cmp     r5, #0
+        bpl     3f
+        rsbs    r5, r5, #0
+3:      ldr     r0, =STANDS
+        cmp     r5, r0
+        bgt     8f
+        ldr     r0, [r4, #K_TURN]       @ its angle may fall in a turn of the field
+        cmp     r0, #0
+        bpl     4f
+        rsb     r8, r8, #0
+4:      ldr     r0, =FOLLOWS_LOW
+        cmp     r8, r0
+        blt     8f
+        ldr     r0, =FOLLOWS_HIGH
+        cmp     r8, r0
+        bgt     8f
+        adds    r4, #64                 @ the next one
+        add     r10, r10, #12
+        subs    r11, r11, #1
+        bne     1b
+        movs    r0, #1
+        pop     {r4-r6, r8-r11, pc}
+8:      movs    r0, #0
+        pop     {r4-r6, r8-r11, pc}
+
+@ A field at the electrical angle R9, with the amplitude R1; then a word.
+hold:   push    {lr}
+        mov     r0, r9
+        mov     r2, r10
+        bl      board_phases
+        bl      next_word
+        pop     {pc}
+
+@ The field moves by R0 in each of so many ticks that they are a twelfth of a turn, then stands there until the magnet does.
+move_on:
+        push    {r8, lr}
+        mov     r8, r0
+        ldr     r6, =65536 / 12 / STEP
+1:      add     r9, r9, r8
+        ldr     r1, =ALIGN
+        bl      hold
+        subs    r6, #1
+        bne     1b
+        pop     {r8, lr}
+
+hold_on:
+        push    {lr}
+        ldr     r6, =WAIT
+1:      ldr     r1, =ALIGN
+        bl      hold
+        subs    r6, #1
+        bne     1b
+        pop     {pc}
+        .ltorg
 
 @ Writes what was found, with disabled drivers, as nobody sees the sensors meanwhile; then goes on with the words there are.
         .global keep_alignment

@@ -21,6 +21,7 @@ mod bench;
 mod board_texts;
 mod boards;
 mod code;
+mod columns;
 mod constants;
 mod error;
 mod i2s;

@@ -13,7 +13,7 @@ use super::constants::constants;
 use super::image::has_helper;
 use super::ports::Guards;
 use super::{CORES, FirmwareError, Instrument, Setup, drive_offset_bytes, keys_name};
-use super::{bench, knob, monitor, parts, ports, sound, tables, zones};
+use super::{bench, columns, knob, monitor, parts, ports, sound, tables, zones};
 
 /// The objects of a firmware, to be linked with those of the keys of all programs. The image begins
 /// at `reset`, with the first program.
@@ -116,8 +116,8 @@ pub fn sources<'a>(board: &Support<'a>, setup: &Setup) -> Vec<Vec<Source<'a>>> {
         .collect()
 }
 
-/// The tables of programs, those of sensors that are tuned, of a knob or a bench, and the calls of
-/// zones where some core has several, as assembly.
+/// The tables of programs, those of sensors that are tuned, of a knob, a bench or columns, and the
+/// calls of zones where some core has several, as assembly.
 fn tables(
     programs: &[ProgramCode],
     instruments: &[Instrument],
@@ -140,6 +140,8 @@ fn tables(
     let keys = setup.keys.iter().sum();
     let of_bench = |own| bench::tables_as_assembly(own, keys);
     texts.extend(board.board.bench.iter().map(of_bench));
+    let of_columns = board.board.columns.iter();
+    texts.extend(of_columns.map(columns::tables_as_assembly));
     let channels = sound::channels(programs);
     if channels > 0 {
         for (number, program) in programs.iter().enumerate() {

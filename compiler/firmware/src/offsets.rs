@@ -133,7 +133,7 @@ offsets! {
         GROUP = 100, "The same number for captures that have one trigger, not 0.";
         BLOCK = 104, "Behind its last word.";
     }
-    /// Offsets in what the firmware of a bench keeps (bytes).
+    /// Offsets in what the firmware of a bench or of columns keeps (bytes).
     bench_block, "B_" {
         AT = 0, "Where the DMA had come to in the last tick that had new words.";
         TICK = 4, "The number of the last tick.";
@@ -201,8 +201,8 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         bit: 64,
         name: "FAULT_SENSOR",
-        what: "a knob's sensor had no magnet, or no word that can be for 10 ms, or a bench's ADC \
-               had no words for 10 ms: drivers are disabled until the next start",
+        what: "a knob's sensor had no magnet, or no word that can be for 10 ms, or an ADC \
+               of keys had no words for 10 ms: drivers are disabled until the next start",
     },
     Fault {
         bit: 128,

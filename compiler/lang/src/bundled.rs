@@ -13,6 +13,7 @@ pub const BOARDS: &[&str] = &[
     "pico2_two_knobs",
     "rp2040",
     "rp2350",
+    "rp2350_columns",
     "rp2350b_bench",
     "stm32f4",
 ];

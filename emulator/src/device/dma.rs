@@ -186,8 +186,10 @@ impl Dma {
     fn choose(&self, cycle: u64, bus: &Bus) -> Option<usize> {
         let count = self.channels.len();
         let turns = (1..=count).map(|i| (self.last + i) % count);
-        let ready =
-            |i: &usize| self.channels[*i].busy && self.requested(&self.channels[*i], cycle, bus);
+        let ready = |i: &usize| {
+            let channel = &self.channels[*i];
+            channel.busy && channel.is_enabled() && self.requested(channel, cycle, bus)
+        };
         turns
             .filter(ready)
             .min_by_key(|i| !self.channels[*i].high_priority())

@@ -40,6 +40,8 @@ pub struct ColumnsPins {
     pub select: u32,
     /// To the commands of all ADCs (SDI).
     pub command: u32,
+    /// To all amplifiers, which give no current while it is low, if they have such a pin.
+    pub enable: Option<u32>,
     /// Of each column.
     pub columns: Vec<ColumnPins>,
 }
@@ -140,9 +142,10 @@ impl Column {
     }
 
     /// Keys go on to a cycle.
-    fn advance(&mut self, cycle: u64) {
+    fn advance(&mut self, cycle: u64, is_enabled: bool) {
         if let Some(keys) = &mut self.keys {
-            let codes = self.dac.has_reference().then(|| self.dac.outputs());
+            let gives = is_enabled && self.dac.has_reference();
+            let codes = gives.then(|| self.dac.outputs());
             self.volts = keys.advance(cycle, codes);
         }
     }
@@ -173,6 +176,8 @@ pub struct Columns {
     begun: Option<u64>,
     rose: Option<u64>,
     falls: u32,
+    /// Whether amplifiers give currents.
+    is_enabled: bool,
     /// What comes on data pins, and when.
     coming: VecDeque<(u64, u32, Option<bool>)>,
     /// When pins change again, if the chip has said so already: nobody tells that twice.
@@ -187,6 +192,7 @@ impl Columns {
             delay: parts.data_delay_cycles.max(1),
             least: [cycles(2e-6), cycles(1.0 / 17e6), cycles(850e-9)],
             columns: vec![Column::new(&parts); pins.columns.len()],
+            is_enabled: pins.enable.is_none(),
             pins,
             errors: ColumnErrors::default(),
             select: true,
@@ -214,6 +220,11 @@ impl Columns {
     /// A column, to move its keys or break it.
     pub fn column_mut(&mut self, column: usize) -> Option<&mut Column> {
         self.columns.get_mut(column)
+    }
+
+    /// Whether amplifiers give currents.
+    pub fn is_enabled(&self) -> bool {
+        self.is_enabled
     }
 
     /// What was forbidden.
@@ -269,7 +280,7 @@ impl Device for Columns {
         let command = is(self.pins.command);
         self.judge(cycle, select, clock);
         for (column, pins) in self.columns.iter_mut().zip(&self.pins.columns) {
-            column.advance(cycle);
+            column.advance(cycle, self.is_enabled);
             let clock = column.clocked(clock);
             if column.dac.inputs(select, clock, is(pins.to_dac)) {
                 let outputs = column.dac.outputs();
@@ -280,6 +291,7 @@ impl Device for Columns {
                 self.coming.push_back((due, pins.from_adc, put));
             }
         }
+        self.is_enabled = self.pins.enable.is_none_or(is);
         while let Some((_, pin, level)) = self.coming.pop_front_if(|(due, ..)| *due <= cycle) {
             let mask = 1 << pin;
             let level = level.map(|level| if level { mask } else { 0 });

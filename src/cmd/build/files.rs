@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::board::{SoundPort, Wire};
+use whippen_compiler::board::{Columns, SoundPort, Wire};
 use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
 use whippen_compiler::image::{Board, Executable, Image, Variables, executable, listing, map, uf2};
 use whippen_compiler::parallel::both;
@@ -402,6 +402,34 @@ impl Files<'_> {
                 );
             }
         }
+        if let Some(columns) = &board.columns {
+            self.say_columns(columns, keys);
+        }
+    }
+
+    /// What leads where on a board with columns of converters, and how old a sample is.
+    fn say_columns(&self, columns: &Columns, keys: u32) {
+        say!("wiring, with the pins of a Raspberry Pi Pico 2:");
+        for Wire { gpio, pico_pin, to } in columns.wiring(keys) {
+            let pin = pico_pin.map_or("none".to_string(), |pin| pin.to_string());
+            say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}");
+        }
+        let (latency, period) = (columns.latency_cycles(), columns.period_cycles);
+        let hz = f64::from(self.setup.board.clock_hz) / f64::from(period);
+        let in_parts = hz * f64::from(Columns::parts_delay_ns()) * 1e-9;
+        let ticks = f64::from(latency) / f64::from(period);
+        say!(
+            "from sample to the DAC's update: {latency} cycles of every key ({ticks:.2} ticks); low-pass and settling of \
+             the parts add {in_parts:.2} ticks"
+        );
+        let (late, said) = (ticks + in_parts, self.setup.device.delay_samples());
+        if said < late {
+            say!(
+                "the device `{}` counts {said:.2} ticks from sensor to force, and these are {late:.2}, without the \
+                 amplifier: its loop was judged with less delay than it has; raise `sensor.delay` or `drive.delay`",
+                self.setup.device.name
+            );
+        }
     }
 
     /// Where what is heard leaves, on a board with a DAC on its pins.
@@ -412,13 +440,13 @@ impl Files<'_> {
             return;
         }
         let Some(port) = &board.i2s else {
-            if board.knob.is_some() || board.bench.is_some() {
+            if board.knob.is_some() || board.bench.is_some() || board.columns.is_some() {
                 say!("nothing hears what it sounds: the board has no `[i2s]`");
             }
             return;
         };
         for Wire { gpio, pico_pin, to } in port.wiring() {
-            match pico_pin.filter(|_| board.knob.is_some()) {
+            match pico_pin.filter(|_| board.bench.is_none()) {
                 Some(pin) => say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}"),
                 None => say!("  GPIO {gpio:>2}  {to}"),
             }

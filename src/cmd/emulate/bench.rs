@@ -21,7 +21,7 @@ use crate::device;
 use crate::exit::Failure;
 
 /// A finger's spring (N/m) and damper (N*s/m).
-const FINGER: [f64; 2] = [500.0, 4.0];
+pub const FINGER: [f64; 2] = [500.0, 4.0];
 /// The current at which a bridge turns itself off: of the class of a DRV8874, which no file tells.
 const TRIP_A: f64 = 3.5;
 
@@ -52,7 +52,7 @@ impl WiredBench {
         let device = device::named(named.unwrap_or(OsStr::new("voice_coil")));
         let device = device.map_err(Failure::Usage)?;
         let clock_hz = f64::from(machine.board().clock_hz);
-        let parts = parts(&device, clock_hz, f64::from(bench.supply_mv) / 1e3)
+        let parts = key_parts(&device, clock_hz, f64::from(bench.supply_mv) / 1e3)
             .ok_or_else(|| Failure::Usage(unknown_key(&device)))?;
         let keys = bench.sensors.len();
         if let Some(key) = args.pressed.iter().find(|key| **key >= keys) {
@@ -137,7 +137,8 @@ impl WiredBench {
     }
 }
 
-fn unknown_key(device: &Device) -> String {
+/// What is told of a device that does not say enough.
+pub fn unknown_key(device: &Device) -> String {
     format!(
         "the device `{}` does not say what a key with a coil is: it moves along, and has `[motor]` with `arm`, \
          `[mechanics]` with stops, `drive.resistance` and `drive.inductance`",
@@ -146,7 +147,7 @@ fn unknown_key(device: &Device) -> String {
 }
 
 /// The parts of a key, of a device that says all of them.
-fn parts(device: &Device, clock_hz: f64, supply_v: f64) -> Option<KeyParts> {
+pub fn key_parts(device: &Device, clock_hz: f64, supply_v: f64) -> Option<KeyParts> {
     let [port] = &device.ports[..] else {
         return None;
     };

@@ -71,6 +71,7 @@ fn check_options(args: &Args) -> Outcome {
         ("--input", what.input.is_some()),
         ("--knob", on.parts.on.knob.is_some()),
         ("--bench", on.parts.on.bench.is_some()),
+        ("--columns", on.parts.on.columns.is_some()),
         ("--uart", on.devices.uart.is_some()),
         ("--vcd", on.devices.vcd.is_some()),
         ("--trace", outputs.trace.is_some()),

@@ -1,5 +1,5 @@
-//! Parts on the pins of an emulated chip: a knob or a bench of keys, as a board's file and a
-//! device's say, and a DAC that hears what the program sounds.
+//! Parts on the pins of an emulated chip: a knob, a bench of keys or columns of converters, as a
+//! board's file and a device's say, and a DAC that hears what the program sounds.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -13,6 +13,7 @@ use whippen_runtime::files::write_whole;
 use whippen_runtime::sound::write_words;
 
 use super::bench::WiredBench;
+use super::columns::WiredColumns;
 use super::knob::WiredKnob;
 use crate::cmd::setup::find_board;
 use crate::device;
@@ -26,7 +27,7 @@ pub struct PartArgs {
     #[command(flatten)]
     pub on: OnPins,
     /// What moves and drives: winding, constant of the motor, what turns or goes down [default:
-    /// gimbal of a knob, voice_coil of a bench]
+    /// gimbal of a knob, voice_coil of keys]
     #[arg(long, value_name = "NAME|FILE.toml", requires = "on_pins", value_hint = ValueHint::FilePath)]
     pub device: Option<OsString>,
     /// Where a hand or a finger is, once the image has ticks: a table such as t_s,angle_deg from
@@ -34,10 +35,17 @@ pub struct PartArgs {
     #[arg(long, value_name = "FILE", requires = "on_pins", value_hint = ValueHint::FilePath)]
     pub motion: Option<PathBuf>,
     /// The keys that fingers press, such as 0,3 [default: all]
-    #[arg(long, value_name = "KEYS", value_delimiter = ',', requires_all = ["bench", "motion"])]
+    #[arg(
+        long,
+        value_name = "KEYS",
+        value_delimiter = ',',
+        requires = "motion",
+        conflicts_with = "knob"
+    )]
     pub pressed: Vec<usize>,
     /// A table over time: of a knob angle, the hand's torque and the motor's, a current, whether
     /// the driver is enabled; of keys their places and currents, whether bridges are awake
+    /// or amplifiers enabled
     #[arg(short, long, value_name = "FILE.csv", requires = "on_pins", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// What the DAC of the board's `[i2s]` is given: a WAV file with the words of both sides
@@ -55,12 +63,17 @@ pub struct OnPins {
     /// Wire keys with sensors, bridges and coils to the pins that the `[bench]` of this board names
     #[arg(long, value_name = "BOARD|FILE.toml", value_hint = ValueHint::FilePath)]
     pub bench: Option<OsString>,
+    /// Wire columns of converters, with amplifiers, coils and keys, to the pins that `[columns]` of
+    /// this board names
+    #[arg(long, value_name = "BOARD|FILE.toml", value_hint = ValueHint::FilePath)]
+    pub columns: Option<OsString>,
 }
 
 impl PartArgs {
     /// The files that are read.
     pub fn files(&self) -> Vec<PathBuf> {
-        let names = self.on.knob.iter().chain(&self.on.bench);
+        let on = &self.on;
+        let names = on.knob.iter().chain(&on.bench).chain(&on.columns);
         let boards = names.filter_map(|name| BOARD.file(name));
         let device = device::file(self.device.as_deref());
         boards.chain(device).chain(self.motion.clone()).collect()
@@ -72,10 +85,11 @@ impl PartArgs {
             moved: None,
             dac: None,
         };
-        let (option, name) = match (&self.on.knob, &self.on.bench) {
-            (Some(name), _) => ("--knob", name),
-            (_, Some(name)) => ("--bench", name),
-            (None, None) => return Ok(outside),
+        let (option, name) = match (&self.on.knob, &self.on.bench, &self.on.columns) {
+            (Some(name), ..) => ("--knob", name),
+            (_, Some(name), _) => ("--bench", name),
+            (.., Some(name)) => ("--columns", name),
+            (None, None, None) => return Ok(outside),
         };
         if machine.bus.pins.count() == 0 {
             let board = format!("{option} needs a board with pins: --board rp2350");
@@ -90,11 +104,17 @@ impl PartArgs {
                 })?;
                 Moved::Knob(WiredKnob::connect(self, machine, elf, knob)?)
             }
-            _ => {
+            "--bench" => {
                 let bench = board.bench.as_ref().ok_or_else(|| {
                     wrong("this board has no `[bench]`, which says what its pins lead to")
                 })?;
                 Moved::Bench(WiredBench::connect(self, machine, elf, bench)?)
+            }
+            _ => {
+                let columns = board.columns.as_ref().ok_or_else(|| {
+                    wrong("this board has no `[columns]`, which say what its pins lead to")
+                })?;
+                Moved::Columns(WiredColumns::connect(self, machine, elf, columns)?)
             }
         });
         if self.heard.is_some() && board.i2s.is_none() {
@@ -114,6 +134,7 @@ impl PartArgs {
         let table = match &outside.moved {
             Some(Moved::Knob(knob)) => knob.table(),
             Some(Moved::Bench(bench)) => bench.table(),
+            Some(Moved::Columns(columns)) => columns.table(),
             None => None,
         };
         if let (Some(path), Some(table)) = (&self.out, table) {
@@ -138,6 +159,7 @@ pub struct Outside {
 enum Moved {
     Knob(WiredKnob),
     Bench(WiredBench),
+    Columns(WiredColumns),
 }
 
 impl Outside {
@@ -146,6 +168,7 @@ impl Outside {
         match self.moved.as_ref()? {
             Moved::Knob(knob) => Some(knob.rows.next()),
             Moved::Bench(bench) => Some(bench.rows.next()),
+            Moved::Columns(columns) => Some(columns.rows.next()),
         }
     }
 
@@ -154,6 +177,7 @@ impl Outside {
         match &self.moved {
             Some(Moved::Knob(knob)) => knob.rows.is_over(),
             Some(Moved::Bench(bench)) => bench.rows.is_over(),
+            Some(Moved::Columns(columns)) => columns.rows.is_over(),
             None => false,
         }
     }
@@ -166,6 +190,7 @@ impl Outside {
         match &mut self.moved {
             Some(Moved::Knob(knob)) => knob.pass(machine),
             Some(Moved::Bench(bench)) => bench.pass(machine),
+            Some(Moved::Columns(columns)) => columns.pass(machine),
             None => {}
         }
         if let Some(dac) = &mut self.dac {
@@ -178,6 +203,7 @@ impl Outside {
         let moved = self.moved.as_ref().map(|moved| match moved {
             Moved::Knob(knob) => format!("knob          {}", knob.told(machine)),
             Moved::Bench(bench) => format!("bench         {}", bench.told(machine)),
+            Moved::Columns(columns) => format!("columns       {}", columns.told(machine)),
         });
         let dac = self.dac.as_ref();
         let dac = dac.map(|dac| format!("sound         {}", dac.told(machine)));

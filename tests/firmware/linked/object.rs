@@ -175,6 +175,7 @@ fn memory(core: CoreKind) -> LinkBoard {
         }],
         knob: None,
         bench: None,
+        columns: None,
         i2s: None,
         fetches_apart: core != CoreKind::CortexM0Plus,
         banks: vec!["RAM".to_string()],

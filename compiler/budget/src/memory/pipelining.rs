@@ -122,6 +122,7 @@ mod tests {
             places: Vec::new(),
             knob: None,
             bench: None,
+            columns: None,
             i2s: None,
         }
     }

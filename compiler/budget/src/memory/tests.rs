@@ -55,6 +55,7 @@ fn board() -> Board {
         places: Vec::new(),
         knob: None,
         bench: None,
+        columns: None,
         i2s: None,
     }
 }

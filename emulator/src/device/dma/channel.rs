@@ -136,9 +136,15 @@ impl Channel {
         }
     }
 
+    /// Whether it goes on: without EN one that is under way pauses (RP2350 datasheet 12.6.10,
+    /// CTRL).
+    pub(crate) fn is_enabled(&self) -> bool {
+        self.control & 1 != 0
+    }
+
     /// Begins, if it is enabled and not under way.
     pub(crate) fn start(&mut self) {
-        if self.control & 1 != 0 && !self.busy && self.control & ERRORS == 0 {
+        if self.is_enabled() && !self.busy && self.control & ERRORS == 0 {
             self.left = self.reload;
             self.busy = self.count() != 0;
             self.credits = 0;

@@ -70,6 +70,24 @@ fn one_transfer_a_cycle_then_an_interrupt() {
 }
 
 #[test]
+fn a_channel_without_its_enable_pauses_and_goes_on() {
+    let mut dma = dma();
+    [(0, SOURCE), (4, TARGET), (8, 4), (0xc, COPY)]
+        .iter()
+        .for_each(|(at, value)| write(&mut dma, *at, *value));
+    dma.0.attend(12, &mut dma.1);
+    // CTRL, without a start: it stays busy.
+    write(&mut dma, 0x10, COPY & !1);
+    dma.0.attend(100, &mut dma.1);
+    assert_eq!(words(&mut dma, TARGET, 3), [0x1111, 0x2222, 0]);
+    assert!(dma.0.channels[0].busy);
+    write(&mut dma, 0x10, COPY);
+    dma.0.attend(200, &mut dma.1);
+    assert_eq!(words(&mut dma, TARGET, 4), [0x1111, 0x2222, 0x3333, 0x4444]);
+    assert!(!dma.0.channels[0].busy);
+}
+
+#[test]
 fn chains_rings_and_swaps() {
     let mut dma = dma();
     // Channel 1: halfwords, swapped, from a ring of four bytes; it waits to be started by channel

@@ -63,6 +63,7 @@ fn pins(columns: usize) -> ColumnsPins {
         clock: 2,
         select: 3,
         command: 4,
+        enable: None,
         columns: (0..columns as u32).map(column).collect(),
     }
 }
