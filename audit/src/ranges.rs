@@ -11,6 +11,8 @@
 
 mod read;
 mod rule;
+#[cfg(test)]
+mod tests;
 
 use std::collections::HashMap;
 

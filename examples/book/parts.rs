@@ -83,6 +83,7 @@ pub const PARTS: &[(&str, &[&str])] = &[
             "docs/budget.md",
             "docs/audit.md",
             "docs/validate.md",
+            "docs/proofs.md",
             "docs/bars.md",
             "benches/README.md",
             "benches/peers/README.md",

@@ -3,8 +3,67 @@
 //! compiler's own intervals.
 
 use std::fmt::{self, Display};
+use std::ops::{Add, Mul, Sub};
 
 use super::read::Declared;
+
+#[cfg(test)]
+mod tests;
+
+/// What computes like whole numbers: numbers, and in tests what a solver has of all of them.
+trait Whole: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    fn of(number: i128) -> Self;
+    fn least(self, other: Self) -> Self;
+    fn most(self, other: Self) -> Self;
+    /// 1 or 0.
+    fn is_less(self, other: Self) -> Self;
+    /// The second where it is 0, else the first.
+    fn unless_zero(self, other: Self, zero: Self) -> Self;
+    fn up(self, by: i128) -> Self;
+    fn down(self, by: i128) -> Self;
+    /// The quotient by what is above 0, downwards.
+    fn by(self, divisor: Self) -> Self;
+    /// The square root of what is not below 0, downwards.
+    fn root(self) -> Self;
+}
+
+impl Whole for i128 {
+    fn of(number: i128) -> Self {
+        number
+    }
+
+    fn least(self, other: Self) -> Self {
+        self.min(other)
+    }
+
+    fn most(self, other: Self) -> Self {
+        self.max(other)
+    }
+
+    fn is_less(self, other: Self) -> Self {
+        (self < other).into()
+    }
+
+    fn unless_zero(self, other: Self, zero: Self) -> Self {
+        if self == 0 { zero } else { other }
+    }
+
+    fn up(self, by: i128) -> Self {
+        self << by
+    }
+
+    fn down(self, by: i128) -> Self {
+        self >> by
+    }
+
+    fn by(self, divisor: Self) -> Self {
+        self.div_euclid(divisor)
+    }
+
+    fn root(self) -> Self {
+        self.isqrt()
+    }
+}
 
 /// Integers from one to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,8 +122,6 @@ const QUOTIENT: i128 = 1 << 29;
 pub(super) fn of_type(name: &str) -> Option<Interval> {
     Some(match name {
         "i1" => Interval::new(0, 1),
-        "i16" => Interval::new(i16::MIN.into(), i16::MAX.into()),
-        "u16" => Interval::new(0, u16::MAX.into()),
         "i32" => WORD,
         "i64" => Interval::new(i64::MIN.into(), i64::MAX.into()),
         _ => return None,
@@ -134,35 +191,43 @@ pub(super) fn interval(
     }))
 }
 
-/// What it computes of numbers; it rises or falls with each operand while the others stay, so that
-/// its ends are at the ends of theirs.
-fn exact(op: &str, n: i128, args: &[i128]) -> Option<i128> {
-    let top = |product: i128| (product + (1 << 31)) >> 32;
+/// What it computes of whole numbers; it rises or falls with each operand while the others stay, so
+/// that its ends are at the ends of theirs.
+fn exact<W: Whole>(op: &str, n: i128, args: &[W]) -> Option<W> {
+    let top = |product: W| (product + W::of(1 << 31)).down(32);
+    let word = |whole: W| whole.most(W::of(WORD.low)).least(W::of(WORD.high));
     Some(match (op, args) {
-        ("add" | "add_wrap", [a, b]) => a + b,
-        ("sub" | "sub_wrap", [a, b]) => a - b,
-        ("mul" | "mul_wide" | "mul_wrap", [a, b]) => a * b,
-        ("mac_wide", [a, b, c]) => a + b * c,
-        ("mul_top", [a, b]) => top(a * b),
-        ("mac_top", [a, b, c]) => a + top(b * c),
-        ("min", [a, b]) => *a.min(b),
-        ("max", [a, b]) => *a.max(b),
-        ("shl" | "shl_wrap", [a]) if (0..64).contains(&n) => a << n,
-        ("sar", [a]) if (0..64).contains(&n) => a >> n,
-        ("sar_round", [a]) if (0..64).contains(&n) => (a + (1 << n >> 1)) >> n,
-        ("sqrt", [a]) => (*a).max(0).isqrt(),
+        ("add" | "add_wrap", [a, b]) => *a + *b,
+        ("sub" | "sub_wrap", [a, b]) => *a - *b,
+        ("mul" | "mul_wide" | "mul_wrap", [a, b]) => *a * *b,
+        ("mac_wide", [a, b, c]) => *a + *b * *c,
+        ("mul_top", [a, b]) => top(*a * *b),
+        ("mac_top", [a, b, c]) => *a + top(*b * *c),
+        ("min", [a, b]) => a.least(*b),
+        ("max", [a, b]) => a.most(*b),
+        ("shl" | "shl_wrap", [a]) if (0..64).contains(&n) => a.up(n),
+        ("sar", [a]) if (0..64).contains(&n) => a.down(n),
+        ("sar_round", [a]) if (0..64).contains(&n) => (*a + W::of(1 << n >> 1)).down(n),
+        ("sqrt", [a]) => a.most(W::of(0)).root(),
         ("widen" | "narrow" | "low", [a]) => *a,
-        ("add_sat", [a, b]) => (a + b).clamp(WORD.low, WORD.high),
-        ("sub_sat", [a, b]) => (a - b).clamp(WORD.low, WORD.high),
-        ("lt", [a, b]) => (a < b).into(),
-        ("le", [a, b]) => (a <= b).into(),
-        ("and", [a, b]) => a & b,
-        ("or", [a, b]) => a | b,
-        ("not", [a]) => 1 - a,
-        ("select", [0, _, c]) => *c,
-        ("select", [_, b, _]) => *b,
+        ("add_sat", [a, b]) => word(*a + *b),
+        ("sub_sat", [a, b]) => word(*a - *b),
+        ("lt", [a, b]) => a.is_less(*b),
+        ("le", [a, b]) => W::of(1) - b.is_less(*a),
+        ("and", [a, b]) => *a * *b,
+        ("or", [a, b]) => *a + *b - *a * *b,
+        ("not", [a]) => W::of(1) - *a,
+        ("select", [a, b, c]) => a.unless_zero(*b, *c),
+        ("div_round", [a, b]) => rounded(a.up(n), *b),
         _ => return None,
     })
+}
+
+/// `floor(a / b + 1/2)` for a `b` that is not 0.
+fn rounded<W: Whole>(a: W, b: W) -> W {
+    let sign = W::of(1) - W::of(2) * b.is_less(W::of(0));
+    let (twice, divisor) = (W::of(2) * a * sign, b * sign);
+    (twice + divisor).by(W::of(2) * divisor)
 }
 
 fn corners(op: &str, args: &[Interval], n: i128) -> Result<Interval, String> {
@@ -186,14 +251,9 @@ fn divided(a: Interval, b: Interval, n: i128) -> Interval {
         all.push(0);
     }
     for sign in [below, above].into_iter().filter(|sign| !sign.is_empty()) {
-        for (x, y) in a
-            .ends()
-            .into_iter()
-            .flat_map(|x| sign.ends().map(|y| (x, y)))
-        {
-            let (twice, divisor) = (2 * (x << n) * y.signum() + y.abs(), 2 * y.abs());
-            all.push(twice.div_euclid(divisor));
-        }
+        let corners = a.ends().into_iter();
+        let corners = corners.flat_map(|x| sign.ends().map(|y| [x, y]));
+        all.extend(corners.filter_map(|corner| exact("div_round", n, &corner)));
     }
     Interval::over(all).unwrap_or(Interval::new(0, 0))
 }

@@ -3,7 +3,9 @@
 //! kernels) asks this table.
 //!
 //! Meanings are exact: they are written over unbounded integers (`i128` holds every intermediate)
-//! and the result is then wrapped to its type. That makes two other columns short. Overflow is the
+//! and the result is then wrapped to its type. They are written once, for whatever computes like
+//! integers ([`Integer`]): numbers, and the terms of which a solver decides what holds for all
+//! numbers. That makes two other columns short. Overflow is the
 //! exact result not fitting its type (the operators modulo `2^32` have none: they may give any
 //! word); and where a meaning is monotone in each operand by itself,
 //! the exact interval of the result is spanned by the meaning at the corners of the operands'
@@ -17,9 +19,11 @@
 
 mod apply;
 mod error;
+mod integer;
 
 pub use apply::Declared;
 pub use error::OpError;
+pub use integer::Integer;
 
 use super::memory::Key;
 use crate::Range;
@@ -205,7 +209,8 @@ macro_rules! operators {
     ($(
         $( #[doc = $doc:literal] )+
         $op:ident $( ( $( $imm:ident: $imm_ty:ident $imm_kind:ident ),+ ) )?
-        $name:literal ( $($arg:ident)* -> $($result:ident)? ) $effect:ident $transfer:ident $meaning:expr;
+        $name:literal ( $($arg:ident)* -> $($result:ident)? ) $effect:ident $transfer:ident
+            $meaning:ident $( ( $($body:tt)+ ) )?;
     )*) => {
         /// Operators with their immediates; types, meaning and range transfer are in the table of
         /// `op`.
@@ -225,7 +230,7 @@ macro_rules! operators {
             result: { let result: &[Sort] = &[ $( Sort::$result )? ]; result.first().copied() },
             effect: Effect::$effect,
             transfer: Transfer::$transfer,
-            meaning: $meaning,
+            meaning: $meaning $( ( $($body)+ ) )?,
             doc: concat!($($doc),+).trim_ascii(),
             make: |immediates| {
                 let mut immediates = immediates.iter();
@@ -240,6 +245,16 @@ macro_rules! operators {
                 &ROWS[match self { $( Op::$op { .. } => OpIndex::$op as usize, )* }]
             }
 
+            /// The exact result, not wrapped, of the (first) immediate and up to three operands;
+            /// none for an operator that works on memory or owns regions.
+            pub fn exact<I: Integer>(self, args: [I; 3]) -> Option<I> {
+                let [a, b, c] = args;
+                let n = I::of(self.immediates()[0].into());
+                match self {
+                    $( Op::$op { .. } => exact!(I, (n, a, b, c), $meaning $( ( $($body)+ ) )?), )*
+                }
+            }
+
             /// Its immediates, in order, then zeros.
             pub fn immediates(self) -> [i64; 2] {
                 let given: &[i64] = match self {
@@ -248,6 +263,17 @@ macro_rules! operators {
                 std::array::from_fn(|at| given.get(at).copied().unwrap_or(0))
             }
         }
+    };
+}
+
+/// The exact result of a meaning that has one.
+macro_rules! exact {
+    ($integer:ident, ($($operand:expr),+), Exact($meaning:expr)) => {{
+        let meaning: fn($integer, $integer, $integer, $integer) -> $integer = $meaning;
+        Some(meaning($($operand),+))
+    }};
+    ($integer:ident, ($($operand:expr),+), $($other:tt)+) => {
+        None
     };
 }
 
@@ -267,13 +293,13 @@ operators! {
     /// Accumulator plus product (SMLAL).
     MacWide               "mac_wide"  (I64 I32 I32 -> I64) Pure Corners  Exact(|_, a, b, c| a + b * c);
     /// The top word of the product, rounding half up: `floor(a * b / 2^32 + 1/2)` (SMMULR).
-    MulTop                "mul_top"   (I32 I32 -> I32)     Pure Corners  Exact(|_, a, b, _| sar_round(a * b, 32));
+    MulTop                "mul_top"   (I32 I32 -> I32)     Pure Corners  Exact(|_, a, b, _| sar_round(a * b, word_bits()));
     /// Accumulator plus the top word of the product: `a + floor(b * c / 2^32 + 1/2)` (SMMLAR).
-    MacTop                "mac_top"   (I32 I32 I32 -> I32) Pure Corners  Exact(|_, a, b, c| a + sar_round(b * c, 32));
+    MacTop                "mac_top"   (I32 I32 I32 -> I32) Pure Corners  Exact(|_, a, b, c| a + sar_round(b * c, word_bits()));
     /// The smaller one.
-    Min                   "min"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a.min(b));
+    Min                   "min"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a.least(b));
     /// The larger one.
-    Max                   "max"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a.max(b));
+    Max                   "max"       (N N -> N)           Pure Corners  Exact(|_, a, b, _| a.most(b));
     /// Left shift.
     Shl(n: u8 Shift)      "shl"       (N -> N)             Pure Corners  Exact(|n, a, _, _| a << n);
     /// Arithmetic right shift, rounding towards minus infinity.
@@ -286,9 +312,9 @@ operators! {
     /// bits; 0 where `b` is not positive. With the dividend `x` and the divisor moved up as far as
     /// words reach, and the 16 highest bits `y` of the latter, it is `x / y` towards zero, moved
     /// back downwards.
-    Quot(n: u8 Shift)     "quot"      (I32 I32 -> I32)     Pure Quotient Exact(|n, a, b, _| quot(a, b, n));
+    Quot(n: u8 Shift)     "quot"      (I32 I32 -> I32)     Pure Quotient Exact(|n, a, b, _| a.quot(b, n));
     /// `floor(sqrt(a))`; 0 where `a` is negative.
-    Sqrt                  "sqrt"      (I64 -> I32)         Pure Corners  Exact(|_, a, _, _| a.max(0).isqrt());
+    Sqrt                  "sqrt"      (I64 -> I32)         Pure Corners  Exact(|_, a, _, _| a.root());
     /// The same value in 64 bits.
     Widen                 "widen"     (I32 -> I64)         Pure Corners  Exact(|_, a, _, _| a);
     /// The same value, promised to lie within the immediates by an argument beyond intervals.
@@ -310,19 +336,19 @@ operators! {
     /// Left shift modulo `2^32`.
     ShlWrap(n: u8 Shift)  "shl_wrap"  (I32 -> I32)         Pure Wrapping Exact(|n, a, _, _| a << n);
     /// Whether both are equal.
-    Eq                    "eq"        (T T -> I1)          Pure Equal    Exact(|_, a, b, _| (a == b).into());
+    Eq                    "eq"        (T T -> I1)          Pure Equal    Exact(|_, a, b, _| a.equal(b));
     /// Whether the first is less than the second.
-    Lt                    "lt"        (N N -> I1)          Pure Corners  Exact(|_, a, b, _| (a < b).into());
+    Lt                    "lt"        (N N -> I1)          Pure Corners  Exact(|_, a, b, _| a.less(b));
     /// Whether the first is at most the second.
-    Le                    "le"        (N N -> I1)          Pure Corners  Exact(|_, a, b, _| (a <= b).into());
+    Le                    "le"        (N N -> I1)          Pure Corners  Exact(|_, a, b, _| b.less(a).opposite());
     /// Whether both hold.
-    And                   "and"       (I1 I1 -> I1)        Pure Corners  Exact(|_, a, b, _| a & b);
+    And                   "and"       (I1 I1 -> I1)        Pure Corners  Exact(|_, a, b, _| a.least(b));
     /// Whether at least one holds.
-    Or                    "or"        (I1 I1 -> I1)        Pure Corners  Exact(|_, a, b, _| a | b);
+    Or                    "or"        (I1 I1 -> I1)        Pure Corners  Exact(|_, a, b, _| a.most(b));
     /// Whether it does not hold.
-    Not                   "not"       (I1 -> I1)           Pure Corners  Exact(|_, a, _, _| 1 - a);
+    Not                   "not"       (I1 -> I1)           Pure Corners  Exact(|_, a, _, _| a.opposite());
     /// The second operand where the first holds, else the third.
-    Select                "select"    (I1 T T -> T)        Pure Corners  Exact(|_, a, b, c| if a == 1 { b } else { c });
+    Select                "select"    (I1 T T -> T)        Pure Corners  Exact(|_, a, b, c| a.choose(b, c));
     /// Word of an input port, clamped to the port's range.
     In(i: u32 Input)     "in"     (-> Own)       PerKey       Declared Reads(|k, [i, _], _| k.input(i));
     /// Word of an output port; every port is written exactly once.
@@ -364,44 +390,30 @@ operators! {
 }
 
 /// `floor(a / 2^n + 1/2)`
-fn sar_round(a: i128, n: i128) -> i128 {
-    (a + ((1 << n) >> 1)) >> n
+fn sar_round<I: Integer>(a: I, n: I) -> I {
+    (a + ((I::of(1) << n) >> I::of(1))) >> n
+}
+
+fn word_bits<I: Integer>() -> I {
+    I::of(32)
 }
 
 /// The word nearest to `a`.
-fn saturated(a: i128) -> i128 {
-    a.clamp(i32::MIN.into(), i32::MAX.into())
+fn saturated<I: Integer>(a: I) -> I {
+    a.most(I::of(i32::MIN.into())).least(I::of(i32::MAX.into()))
 }
 
 /// `floor(a / b + 1/2)`, 0 where `b` is 0.
-fn div_round(a: i128, b: i128) -> i128 {
-    if b == 0 {
-        return 0;
-    }
-    // floor((2a + b) / 2b), with the divisor made positive so that Euclid's quotient is the floor.
-    let (twice, divisor) = if b > 0 {
-        (2 * a + b, 2 * b)
-    } else {
-        (-2 * a - b, -2 * b)
-    };
-    twice.div_euclid(divisor)
-}
-
-/// `a * 2^n / b` as a word machine finds it: with one division of 32 bits by 16.
-fn quot(a: i128, b: i128, n: i128) -> i128 {
-    if b <= 0 {
-        return 0;
-    }
-    let (a, b) = (a as i32, b as i32);
-    // Bits that repeat the sign, but one.
-    let up = (a ^ (a << 1)).leading_zeros();
-    let up_divisor = b.leading_zeros();
-    let dividend = i64::from(a.unbounded_shl(up));
-    let divisor = i64::from((b as u32) << up_divisor >> 16);
-    let top = i128::from(dividend / divisor) << 15;
-    let down = i128::from(up) - i128::from(up_divisor) + 31 - n;
-    let Range { low, high } = QUOTIENTS;
-    (top >> down.max(0)).clamp(low.into(), high.into())
+fn div_round<I: Integer>(a: I, b: I) -> I {
+    let (zero, two) = (I::of(0), I::of(2));
+    // floor((2a + b) / 2b), with the divisor made positive.
+    let is_negative = b.less(zero);
+    let twice = two * a + b;
+    let twice = is_negative.choose(zero - twice, twice);
+    let divisor = is_negative.choose(zero - b, b);
+    // Nothing is divided by 0.
+    let quotient = twice.floor_quotient(two * divisor.most(I::of(1)));
+    b.equal(zero).choose(zero, quotient)
 }
 
 /// What a quotient for searches is held to.

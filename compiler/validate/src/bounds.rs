@@ -17,7 +17,7 @@ const DEPTH_MAX: usize = 3;
 const SUMS_MAX: usize = 6;
 
 /// Beyond all that can be.
-const FAR: i128 = 1 << 120;
+pub(crate) const FAR: i128 = 1 << 120;
 
 /// The interval of a signed word.
 pub(crate) const WORD: Interval = (-(1 << 31), (1 << 31) - 1);

@@ -2,6 +2,7 @@
 //! instructions mean is compared with the emulator in `meaning`.
 
 mod meaning;
+mod proven;
 
 use whippen_deterministic::Rng;
 use whippen_kernel::{Range, Type};

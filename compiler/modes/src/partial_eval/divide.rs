@@ -9,6 +9,9 @@ use super::PartialEval;
 use crate::graph::{Graph, NodeId};
 use whippen_kernel::{Op, Type};
 
+#[cfg(test)]
+mod proven;
+
 /// Bits of a digit.
 const DIGIT: u8 = 31;
 
