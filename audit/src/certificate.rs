@@ -45,6 +45,18 @@ pub struct Bus {
     pub write: u16,
 }
 
+/// A DMA that is at work while the cores play.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dma {
+    /// First address of the bus whose bridge it uses too.
+    pub bus: u32,
+    /// Cycles that an access of a core behind that bridge waits for it, at most.
+    pub wait: u16,
+    /// Its accesses of memory between two ticks for which a core may wait: none where cores go
+    /// first there.
+    pub accesses: u32,
+}
+
 /// Everything that is claimed.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Certificate {
@@ -62,6 +74,8 @@ pub struct Certificate {
     pub memories: Vec<Memory>,
     /// Buses.
     pub buses: Vec<Bus>,
+    /// A DMA, if one is at work.
+    pub dma: Option<Dma>,
     /// Code and constants, by first address, with what stands for their bytes.
     pub sections: Vec<(u32, u64)>,
     /// What stands for the text of the Kernels.
@@ -205,7 +219,8 @@ fn distinct<T: Ord>(all: impl Iterator<Item = T>) -> bool {
 }
 
 impl Certificate {
-    /// That nothing is said twice, memories and buses lie apart, and every core has a frame for
+    /// That nothing is said twice, memories and buses lie apart, a DMA uses one of
+    /// these, and every core has a frame for
     /// every program.
     pub(crate) fn is_well_formed(&self) -> Result<(), &'static str> {
         let memories = self.memories.iter().map(|own| (own.base, own.size));
@@ -218,6 +233,10 @@ impl Certificate {
             .any(|pair| pair[1].0 - pair[0].0 < pair[0].1)
         {
             return Err("memories or buses overlap");
+        }
+        let bridge = self.dma.map(|dma| dma.bus);
+        if bridge.is_some_and(|base| self.buses.iter().all(|bus| bus.base != base)) {
+            return Err("a DMA is behind a bridge that is none");
         }
         let targets = self
             .targets

@@ -25,7 +25,8 @@ const ALWAYS: [&str; 14] = [
     "a core uses, while it plays, sections of its own name alone (`core1`: core 1; others: core 0; \
      the start's: nobody), but for visits; an address that is not known lies in its core's data, \
      not in a device",
-    "whoever is not in the certificate uses no memory of the image: a DMA, a debugger",
+    "whoever is not in the certificate uses neither memory of the image nor a bridge: a debugger, a \
+     DMA that is not listed",
     "an access of the other core delays one of ours by one access at most, and an own fetch by a \
      cycle at most; fetches run at most 64 bytes ahead",
     "what points into a section stays there, moved by constants or by a shifted index",
@@ -130,6 +131,16 @@ fn of_board(all: &mut Vec<String>, certificate: &Certificate) {
             "devices in {} bytes at {:#x} are read in {} cycles and written in {}",
             own.size, own.base, own.read, own.write
         ));
+    }
+    if let Some(dma) = certificate.dma {
+        all.push(format!(
+            "a DMA makes an access of a core behind the bridge at {:#x} wait {} cycles at most",
+            dma.bus, dma.wait
+        ));
+        all.push(match dma.accesses {
+            0 => "at memory the cores go before the DMA".to_string(),
+            more => format!("the DMA accesses memory {more} times at most between two ticks"),
+        });
     }
 }
 

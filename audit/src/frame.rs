@@ -1,6 +1,8 @@
 //! The frame of a core: from the request of its tick to the return from its handler, and what it is
 //! summed from.
 
+use std::collections::BTreeMap;
+
 use whippen_isa::timing::{Core, Evidence};
 
 use crate::Refusal;
@@ -139,7 +141,7 @@ pub(crate) fn check_frame(
     }
     let [_, handler] = last_two(frame)?;
     only_handler(around, certificate, frame, handler.pieces[0].entry)?;
-    let (key, keys) = keys_of(frame, handler);
+    let (key, keys) = keys_of(frame);
     Ok(Checked {
         core: frame.core,
         program: frame.program,
@@ -189,6 +191,7 @@ pub fn sums(around: &Around, core: &Core, frame: &Frame) -> Result<Sums, Refusal
             "visits of the other core",
             u64::from(frame.visits) * around.visit(),
         ),
+        ("the DMA at memory", around.dma_cycles()),
     ];
     let stack = idle
         .stack
@@ -197,13 +200,28 @@ pub fn sums(around: &Around, core: &Core, frame: &Frame) -> Result<Sums, Refusal
     Ok((parts, stack))
 }
 
-fn keys_of(frame: &Frame, handler: &Function) -> (u64, u32) {
-    let called = handler.calls.iter().filter_map(|call| call.costs);
-    let keys = called.filter(|(f, _)| frame.functions[*f as usize].kind == Kind::Keys);
-    let most = keys.max_by_key(|(_, keys)| *keys);
-    most.map_or((0, 0), |(f, keys)| {
-        (mode_cycles(&frame.functions[f as usize]), keys)
-    })
+/// Cycles of the most expensive mode of a key, and how many keys: the handler ticks them, or what
+/// it calls, zone by zone.
+fn keys_of(frame: &Frame) -> (u64, u32) {
+    let ticks = |number: &u32| {
+        let function = frame.functions.get(*number as usize);
+        function.filter(|own| own.kind == Kind::Keys)
+    };
+    let ticked = |function: &Function| {
+        let mut by_callee = BTreeMap::new();
+        for (number, keys) in function.calls.iter().filter_map(|call| call.costs) {
+            if ticks(&number).is_some() {
+                let most = by_callee.entry(number).or_insert(0);
+                *most = keys.max(*most);
+            }
+        }
+        by_callee
+    };
+    let all = frame.functions.iter().map(ticked);
+    let most = all.max_by_key(|by_callee| by_callee.values().sum::<u32>());
+    let most = most.unwrap_or_default();
+    let cycles = most.keys().filter_map(ticks).map(mode_cycles);
+    (cycles.max().unwrap_or(0), most.values().sum())
 }
 
 /// Whatever the table of vectors holds leads to the handler or to the end.

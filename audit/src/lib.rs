@@ -12,6 +12,7 @@
 //! the instruction set alone: decoding, and the cycles of each instruction. `docs/audit.md` says
 //! what is checked and what is not.
 
+mod access;
 mod certificate;
 mod effect;
 mod elf;
@@ -29,12 +30,13 @@ use std::fmt::{self, Display};
 
 use whippen_isa::timing::Core;
 
-pub use certificate::{Bus, Call, Certificate, Frame, Function, Kind, Memory, Piece, Point};
+pub use access::hands_stack;
+pub use certificate::{Bus, Call, Certificate, Dma, Frame, Function, Kind, Memory, Piece, Point};
 pub use elf::{CERTIFICATE, Elf, KERNELS, Section};
 pub use explain::{NOT_CHECKED, assumptions, explain};
 pub use facts::{ALL, Facts, Interval, NONE, PLACES};
 pub use frame::{Checked, Sums, cost, costs, sums};
-pub use memory::{Around, Banks, hands_stack, owner};
+pub use memory::{Around, Banks, owner};
 pub use overlap::Last;
 pub use piece::{Arrival, ends, node_of, walk};
 pub use place::{Place, Tag};

@@ -3,12 +3,13 @@
 //!
 //! Charged for each word: what the memory or bus takes beyond a cycle; an access of the other core
 //! where its sections or its stack lie in the same bank; an own fetch where the word may lie in a
-//! bank that the function is fetched from.
+//! bank that the function is fetched from; behind a bridge that a DMA uses, what that holds it for.
 
-use whippen_isa::{Class, Inst, RegSet, reg};
+use whippen_isa::{Inst, reg};
 
 use crate::Refusal;
-use crate::certificate::{Certificate, Memory};
+use crate::access::{RANGE, addresses, fetches, is_store, words};
+use crate::certificate::{Bus, Certificate, Memory};
 use crate::elf::{Elf, Section};
 use crate::facts::{ALL, Facts, Interval, holds};
 
@@ -16,8 +17,6 @@ use crate::facts::{ALL, Facts, Interval, holds};
 pub(crate) const SOMEWHERE: u32 = 2;
 /// How far behind an instruction words may be fetched.
 const AHEAD: u32 = 64;
-/// Addresses that are looked at one by one, at most.
-const RANGE: i64 = 4096;
 
 /// A set of banks, bit n for bank n.
 pub type Banks = u32;
@@ -103,46 +102,6 @@ pub fn owner(name: &str) -> Option<u32> {
 
 fn banks_in(set: Banks) -> impl Iterator<Item = usize> {
     (0..32).filter(move |bank| set >> bank & 1 != 0)
-}
-
-/// How many words an instruction reads or writes.
-pub(crate) fn words(inst: &Inst) -> u16 {
-    use Class::*;
-    match inst.class() {
-        Load | Store | LoadOrdered | StoreOrdered | TableBranch => 1,
-        LoadDual | StoreDual => 2,
-        LoadMultiple | StoreMultiple => (inst.imm as u16).count_ones() as u16,
-        FloatLoad | FloatStore | FloatLoadMultiple | FloatStoreMultiple => {
-            inst.uses().union(inst.defs()).single_bits().count_ones() as u16
-        }
-        _ => 0,
-    }
-}
-
-fn is_store(inst: &Inst) -> bool {
-    use Class::*;
-    matches!(
-        inst.class(),
-        Store | StoreDual | StoreMultiple | StoreOrdered | FloatStore | FloatStoreMultiple
-    )
-}
-
-/// Whether an instruction may put an address of the stack into another register than SP.
-pub fn hands_stack(inst: &Inst) -> bool {
-    let sp = RegSet::core(reg::SP);
-    let (uses, accesses) = (inst.uses().contains(sp), words(inst) > 0);
-    let stored = inst.t == reg::SP || inst.t2 == reg::SP;
-    let moved = inst.defs().core_bits() == sp.core_bits();
-    uses && !(accesses && inst.n == reg::SP && !stored || moved && !accesses)
-}
-
-/// What is fetched for an instruction and for where it branches.
-fn fetches(inst: &Inst, at: u32, target: Option<u32>) -> impl Iterator<Item = u32> {
-    let starts = (at & 2 == 0).then_some(at);
-    let ends = (at & 2 != 0 && inst.size() == 4).then_some(at.wrapping_add(2));
-    [starts, ends, target.filter(|to| to & 2 != 0)]
-        .into_iter()
-        .flatten()
 }
 
 impl<'a> Around<'a> {
@@ -392,12 +351,9 @@ impl<'a> Around<'a> {
         if access.section.is_some() || access.inst.n == reg::SP {
             return Ok(waits);
         }
-        let buses = self
-            .certificate
-            .buses
-            .iter()
-            .map(|bus| bus.read.max(bus.write));
-        let device = buses.max().unwrap_or(0).saturating_sub(1);
+        let buses = self.certificate.buses.iter();
+        let device = buses.map(|bus| self.device(bus, bus.read.max(bus.write)));
+        let device = device.max().unwrap_or(0);
         let memories = self.certificate.memories.iter();
         let banks = memories.flat_map(|memory| &memory.banks);
         let most = banks
@@ -433,12 +389,22 @@ impl<'a> Around<'a> {
                 format!("accesses {word:#x}, where no time is known"),
             )
         })?;
-        let cycles = if is_store(access.inst) {
-            bus.write
-        } else {
-            bus.read
-        };
-        Ok(cycles.saturating_sub(1))
+        let stores = is_store(access.inst);
+        Ok(self.device(bus, if stores { bus.write } else { bus.read }))
+    }
+
+    /// Waiting of an access behind a bridge that takes so many cycles.
+    fn device(&self, bus: &Bus, cycles: u16) -> u16 {
+        let dma = self.certificate.dma.filter(|dma| dma.bus == bus.base);
+        let waits = dma.map_or(0, |dma| dma.wait);
+        cycles.saturating_sub(1).saturating_add(waits)
+    }
+
+    /// Cycles that a frame waits for a DMA at memory: each access of its may hold up one of ours
+    /// and a fetch at once.
+    pub(crate) fn dma_cycles(&self) -> u64 {
+        let accesses = self.certificate.dma.map_or(0, |dma| dma.accesses);
+        2 * u64::from(accesses) * self.visit()
     }
 
     /// The banks of an access whose address is not known.
@@ -467,32 +433,4 @@ impl<'a> Around<'a> {
         let rest = section.size - (low - section.base);
         (value[1] - value[0] < i64::from(rest)).then_some(section.base)
     }
-}
-
-/// The first address that an instruction accesses, where it is one of a few.
-pub(crate) fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval> {
-    let (class, name) = (inst.class(), inst.op().identifier());
-    let simple = matches!(
-        class,
-        Class::Load | Class::Store | Class::LoadDual | Class::StoreDual
-    );
-    if !simple || name.ends_with("_register") {
-        return None;
-    }
-    let base = match name.ends_with("_literal") {
-        true => [i64::from((at.wrapping_add(4) & !3) as i32); 2],
-        false if inst.n == reg::PC => return None,
-        false => facts.of(inst.n),
-    };
-    let offset = if inst.add {
-        i64::from(inst.imm)
-    } else {
-        -i64::from(inst.imm)
-    };
-    let moved = if inst.index {
-        base.map(|end| end + offset)
-    } else {
-        base
-    };
-    (holds(ALL, moved) && moved[1] - moved[0] < RANGE).then_some(moved)
 }

@@ -3,8 +3,9 @@
 
 use whippen_isa::{Inst, reg};
 
+use crate::access::{addresses, words};
 use crate::facts::Facts;
-use crate::memory::{Around, addresses, words};
+use crate::memory::Around;
 use crate::place::{Tag, steps};
 
 /// What an access leaves for the next one.

@@ -10,11 +10,12 @@ use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target};
 use whippen_isa::{Class, Cond, Inst, ItState, Op, RegSet, decode, is_wide, reg};
 
 use crate::Refusal;
+use crate::access::hands_stack;
 use crate::certificate::{Certificate, Function, Kind};
 use crate::effect::execute;
 use crate::elf::Elf;
 use crate::facts::Facts;
-use crate::memory::{Access, Around, hands_stack};
+use crate::memory::{Access, Around};
 use crate::overlap::Last;
 use crate::place::{Place, Tag};
 

@@ -104,7 +104,7 @@ module.exports = grammar({
 
     _setting: ($) => choice($._setting_with_keyword, $.values_per_key),
     _setting_with_keyword: ($) => choice($.board, $.device, $.rate, $.keys, $.programs, $.zones),
-    board: ($) => seq('board', $.name),
+    board: ($) => seq('board', $.name, optional(seq('*', field('chips', $.quantity)))),
     device: ($) => seq('device', choice($.name, $.file)),
     rate: ($) => seq('rate', $._expression),
     keys: ($) => seq('keys', $._note, '..', $._note),

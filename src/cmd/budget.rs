@@ -126,9 +126,9 @@ fn check_keys_can_change(setup: &ImageSetup, args: &Args) -> Outcome {
         .into_iter()
         .find(|(_, asked)| *asked && setup.chips > 1)
     {
-        let chips = setup.chips;
+        let (board, chips) = (&setup.board.name, setup.chips);
         return Err(Failure::Usage(format!(
-            "{option} is of one chip: leave `*{chips}` away"
+            "{option} is of one chip and not of {chips}: name one, `--board {board}`"
         )));
     }
     let Some(zones) = setup.layout.split_program().filter(|_| args.most_keys) else {

@@ -64,7 +64,16 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Outcome {
     let opened = args.setup.open()?;
-    let chips = args.setup.chips()?;
+    let mut setup = if args.output.is_image() && !args.self_test {
+        args.setup.all_programs(&opened)?
+    } else {
+        args.setup.one_program(&opened)?
+    };
+    if !args.output.is_image() {
+        // What is no image is of no chip, however many the keyboard has.
+        setup.chips = args.setup.named_chips()?;
+    }
+    let chips = setup.chips;
     let of_chips = |path: &Option<PathBuf>| {
         let path = path.iter();
         path.flat_map(|path| files_of_chips(path, chips))
@@ -77,11 +86,6 @@ pub fn run(args: &Args) -> Outcome {
         .writes("--map", &of_chips(&args.map), &["map", "txt"])
         .writes("--listing", &of_chips(&args.listing), &["lst", "txt"])
         .check()?;
-    let mut setup = if args.output.is_image() && !args.self_test {
-        args.setup.all_programs(&opened)?
-    } else {
-        args.setup.one_program(&opened)?
-    };
     match args.clock {
         Some(clock_hz) if args.output.is_object() && !args.self_test => {
             setup.board.clock_hz = clock_hz;

@@ -53,10 +53,15 @@ impl BoardArgs {
                 None => Ok(engine),
             };
         };
-        let of_keyboard = program
-            .keyboards
-            .first()
-            .and_then(|keyboard| keyboard.board.as_deref());
+        let keyboard = program.keyboards.first();
+        let chips = keyboard.map_or(1, |keyboard| keyboard.chips);
+        if self.board.is_none() && chips > 1 {
+            return Err(format!(
+                "the keyboard is on {chips} chips, and this plays on one: give it with --board, or \
+                 play the images of `build` with `whippen emulate`"
+            ));
+        }
+        let of_keyboard = keyboard.and_then(|keyboard| keyboard.board.as_deref());
         let kind = match (self.board, of_keyboard) {
             (Some(board), _) => board,
             (None, Some(name)) => emulated_board(name)?,

@@ -245,8 +245,9 @@ impl SetupArgs {
         layout: Layout,
     ) -> Result<ImageSetup, Failure> {
         let device = load::device(self.device.as_deref(), &map, program, models[0])?;
-        let (name, chips) = self.board_and_chips()?;
-        let board = find_board(name.as_deref(), program.keyboards.first())?;
+        let keyboard = program.keyboards.first();
+        let (name, chips) = self.board_and_chips(keyboard)?;
+        let board = find_board(name.as_deref(), keyboard)?;
         let tuning = self.calibration.tuning(&device)?;
         let own_texts = self.firmware.texts(&board)?;
         let monitor = self.monitor.of_image(&board)?;

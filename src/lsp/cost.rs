@@ -115,12 +115,20 @@ impl Proofs<'_> {
         }
         let said = self.setup(&models, layout).and_then(|setup| {
             let instruments = setup.image_instruments()?;
-            let keys = setup.keys;
-            let proof = ImageProof::find(&setup, &instruments, keys)?;
-            let words = |played: &ProgramReport| {
-                format!("{}: {keys} keys, {}", played.program.name, tick(played))
-            };
-            Ok(proof.programs.iter().map(words).collect::<Vec<_>>())
+            let mut said = Vec::new();
+            for chip in setup.on_chips(keyboard.chips).of_chips()? {
+                let (keys, own) = (chip.keys, chip.with_own_keys(&instruments));
+                let proof = ImageProof::find(&chip, &own, keys)?;
+                let of = chip
+                    .chip
+                    .map_or(String::new(), |chip| format!("{}, ", chip.told()));
+                let words = |played: &ProgramReport| {
+                    let name = &played.program.name;
+                    format!("{name}: {of}{keys} keys, {}", tick(played))
+                };
+                said.extend(proof.programs.iter().map(words));
+            }
+            Ok(said)
         });
         let said = said.unwrap_or_else(|why| vec![self.no_budget(why)]);
         let each = said.into_iter().map(|said| (keyboard.span, said));

@@ -172,7 +172,10 @@ pub const KEYWORDS: &[(&str, &str)] = &[
         "against",
         "`friction f(v) against w = force`: the speed that the slip is relative to.",
     ),
-    ("board", "`board name`: what the keyboard's code runs on."),
+    (
+        "board",
+        "`board name`: what the keyboard's code runs on; `board name * 2` divides its keys over two.",
+    ),
     (
         "device",
         "`device name`: sensor, converters, motor and key.",

@@ -1,10 +1,13 @@
 //! An image with two programs that switches between them: frames in which a program begins are
 //! bounded too.
 
-use whippen_compiler::budget::{Program, TickHandlerBound, cores};
-use whippen_compiler::firmware::build_image;
+use whippen_compiler::audit::{Certificate, Elf, audit};
+use whippen_compiler::budget::{Bounded, Program, TickHandlerBound, cores};
+use whippen_compiler::firmware::{FirmwareImage, build_image};
+use whippen_compiler::image::{Board, executable};
 use whippen_compiler::keyboard::{InstrumentId, Layout, Program as KeyboardProgram, ProgramId};
-use whippen_compiler::pipeline::{Compiled, unobserved};
+use whippen_compiler::pipeline::{Compiled, certify, unobserved};
+use whippen_compiler::rate::Rate;
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Observer, Step, Stop, build};
 use whippen_isa::timing::Rules;
 use whippen_runtime::board;
@@ -80,6 +83,7 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
     let bounds = [0, 1].map(|playing| {
         cores(&whole, &program, &board, ProgramId(playing)).unwrap_or_else(|e| panic!("{e}"))
     });
+    audited(&whole, &board, setup.rate_hz, &bounds);
     let converter = ConverterSetup {
         keys: KEYS,
         rate: setup.rate_hz.fraction(),
@@ -156,6 +160,36 @@ fn switches(names: &[&str], zones: [&[(u32, usize)]; 2], keys: [u32; 2]) -> [Vec
         let cores = &whole.program(ProgramId(program as u32)).cores;
         cores.iter().map(|core| core.zones.len()).collect()
     })
+}
+
+/// Both programs on both cores have a certificate that is accepted. Where no core has several
+/// zones its cycles are those of the bound; where one has, the certificate plays all keys also
+/// while one begins.
+fn audited(whole: &FirmwareImage, board: &Board, rate_hz: Rate, bounds: &[Vec<Bounded>; 2]) {
+    let file = executable(&whole.image, &[], None);
+    let certificate = certify(whole, board, rate_hz, "", &file);
+    let certificate = certificate.unwrap_or_else(|why| panic!("{why}"));
+    let mut elf = Elf::read(&file).expect("it is an ELF file");
+    elf.kernels = Some(String::new());
+    let read = Certificate::read(&certificate.to_string()).expect("it can be read");
+    let checked = audit(&elf, &read).unwrap_or_else(|why| panic!("{why}"));
+    assert_eq!(checked.len(), 4);
+    for checked in &checked {
+        let bound = &bounds[checked.program as usize][checked.core as usize].contended;
+        let (own, proven) = (checked.cycles as i64, bound.cycles_max as i64);
+        println!(
+            "core {}, program {}: certified {own} of {proven}, {} keys of {} at most",
+            checked.core, checked.program, checked.keys, checked.key
+        );
+        let more = match bound.zones.len() {
+            1 => 0,
+            _ => 2 * bound.key_cycles_max() as i64,
+        };
+        assert!((-4..=more).contains(&(own - proven)), "{own} of {proven}");
+        assert_eq!(checked.keys, bound.keys);
+        assert_eq!(checked.key, bound.key_cycles_max());
+        assert_eq!(checked.stack, bound.stack_bytes_max);
+    }
 }
 
 #[test]

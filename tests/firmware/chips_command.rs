@@ -232,3 +232,51 @@ fn what_several_chips_cannot_have() {
     let left: Vec<_> = std::fs::read_dir(at).expect("a folder").collect();
     assert_eq!(left.len(), 1, "{left:?}");
 }
+
+/// A keyboard that says how many chips it is on.
+const ON_TWO: &str = "keyboard desk { board rp2350 * 2 rate 44100 Hz keys A0 .. C8 \
+                      programs virtual_spring }\n";
+
+#[test]
+fn a_keyboard_says_on_how_many_chips_it_is() {
+    let folder = TempDir::new().expect("a folder");
+    let at = folder.path();
+    let spring = include_str!("../../instruments/virtual-spring.whip");
+    std::fs::write(at.join("desk.whip"), format!("{ON_TWO}{spring}")).expect("it is written");
+    let chips = |args: &[&str]| {
+        let out = TempDir::new().expect("a folder");
+        let to = out.path().join(args[0]);
+        let all = [
+            &["build", "desk.whip", "-o", to.to_str().expect("a name")],
+            &args[1..],
+        ];
+        said(at, &all.concat());
+        let made = std::fs::read_dir(out.path()).expect("a folder");
+        let names = made.map(|file| file.expect("a file").file_name());
+        let of_chips = names.filter(|name| name.to_string_lossy().contains("chip"));
+        of_chips.count()
+    };
+    assert_eq!(chips(&["d.elf"]), 2);
+    // What the command line says wins, and what is for no chip has none.
+    assert_eq!(chips(&["d.elf", "--board", "rp2350"]), 0);
+    assert_eq!(chips(&["d.o"]), 0);
+    assert_eq!(chips(&["d.c"]), 0);
+    let told = said(at, &["budget", "desk.whip"]);
+    assert_eq!(
+        told.matches("chip 2 of 2, keys F4 .. C8").count(),
+        1,
+        "{told}"
+    );
+    for (args, why) in [
+        (
+            &["budget", "desk.whip", "--most-keys"][..],
+            "`--board rp2350`",
+        ),
+        (&["run", "desk.whip", "--engine", "emulated"], "on 2 chips"),
+    ] {
+        let output = whippen(at, args);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {errors}");
+        assert!(errors.contains(why), "{args:?}: {errors}");
+    }
+}

@@ -4,13 +4,13 @@
 use whippen_compiler::board::Board;
 use whippen_compiler::budget::Bounded;
 use whippen_compiler::check::Options;
-use whippen_compiler::firmware::{OwnTexts, core_block};
+use whippen_compiler::firmware::{FirmwareImage, OwnTexts, core_block};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::kernel::Kernel;
 use whippen_compiler::keyboard::{CoreId, Layout};
 use whippen_compiler::modes::INSTRUCTIONS;
-use whippen_compiler::pipeline::{self, unobserved};
+use whippen_compiler::pipeline::{self, Compiled, unobserved};
 use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::thumb::StateLayout;
@@ -65,13 +65,22 @@ pub fn bundled_board() -> Board {
     board::bundled("rp2350b_bench").expect("it is bundled")
 }
 
-/// Builds eight keys of a bundled instrument.
-pub fn build_bench(file: &str, board: Board, own_texts: OwnTexts) -> Built {
-    build_keys(file, KEYS as u32, board, own_texts)
+/// The whole image of eight keys of a bundled instrument, what it is compiled of, and its rate.
+pub fn whole_bench(
+    file: &str,
+    board: &Board,
+    own_texts: OwnTexts,
+) -> (FirmwareImage, Compiled, Rate) {
+    whole_keys(file, KEYS as u32, board, own_texts)
 }
 
-/// Builds so many keys of a bundled instrument.
-pub fn build_keys(file: &str, keys: u32, board: Board, own_texts: OwnTexts) -> Built {
+/// The same of so many keys.
+pub fn whole_keys(
+    file: &str,
+    keys: u32,
+    board: &Board,
+    own_texts: OwnTexts,
+) -> (FirmwareImage, Compiled, Rate) {
     let programs = whippen_compiler::bundled::INSTRUMENTS;
     let program = programs.iter().find(|(name, _)| *name == file);
     let mut map = SourceMap::default();
@@ -92,9 +101,20 @@ pub fn build_keys(file: &str, keys: u32, board: Board, own_texts: OwnTexts) -> B
     ];
     let layout = Layout::of_one_instrument("bench", keys, 21);
     let borrowed = ImageInstrument::borrow_all(&parts);
-    let built = pipeline::build(&layout, &borrowed, &setup, &board, &mut unobserved);
+    let built = pipeline::build(&layout, &borrowed, &setup, board, &mut unobserved);
     let built = built.unwrap_or_else(|e| panic!("{e}"));
-    let proof = pipeline::prove(&built, &board, setup.rate_hz, &mut unobserved);
+    (built, compiled, setup.rate_hz)
+}
+
+/// Builds eight keys of a bundled instrument, which are in time.
+pub fn build_bench(file: &str, board: Board, own_texts: OwnTexts) -> Built {
+    build_keys(file, KEYS as u32, board, own_texts)
+}
+
+/// Builds so many keys of a bundled instrument, which are in time.
+pub fn build_keys(file: &str, keys: u32, board: Board, own_texts: OwnTexts) -> Built {
+    let (built, compiled, rate_hz) = whole_keys(file, keys, &board, own_texts);
+    let proof = pipeline::prove(&built, &board, rate_hz, &mut unobserved);
     let mut proof = proof.unwrap_or_else(|e| panic!("{e}"));
     let program = &mut proof.programs[0];
     assert!(program.budget.fits(), "{}", program.budget);

@@ -2,6 +2,7 @@
 //! something fails.
 
 mod boot2;
+mod certified;
 mod chips;
 mod chips_command;
 mod document;

@@ -2,11 +2,12 @@
 
 use std::fmt::{self, Display, Write};
 
-use super::{Bus, Call, Certificate, Frame, Function, HEADER, KINDS, Memory, Piece, Point};
+use super::{Bus, Call, Certificate, Dma, Frame, Function, HEADER, KINDS, Memory, Piece, Point};
 use crate::place::Tag;
 
-impl Display for Certificate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Certificate {
+    /// What is claimed of the board and of the image as a whole.
+    fn write_board(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{HEADER}\ncore {} {:#x}", self.core, self.table)?;
         let fetches = u8::from(self.fetches);
         writeln!(f, "deadline {}\nfetches {fetches}", self.deadline)?;
@@ -36,6 +37,21 @@ impl Display for Certificate {
         {
             writeln!(f, "bus {base:#x} {size:#x} {read} {write}")?;
         }
+        if let Some(Dma {
+            bus,
+            wait,
+            accesses,
+        }) = self.dma
+        {
+            writeln!(f, "dma {bus:#x} {wait} {accesses}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Display for Certificate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_board(f)?;
         for (base, hash) in &self.sections {
             writeln!(f, "section {base:#x} {hash:#x}")?;
         }

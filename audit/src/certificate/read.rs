@@ -2,7 +2,7 @@
 
 use whippen_isa::ItState;
 
-use super::{Bus, Call, Certificate, Frame, Function, HEADER, KINDS, Memory, Piece, Point};
+use super::{Bus, Call, Certificate, Dma, Frame, Function, HEADER, KINDS, Memory, Piece, Point};
 use crate::facts::{Facts, PLACES};
 use crate::place::{Place, Tag};
 
@@ -95,6 +95,13 @@ impl Certificate {
                 read: words.number()?,
                 write: words.number()?,
             }),
+            "dma" => {
+                self.dma = Some(Dma {
+                    bus: words.number()?,
+                    wait: words.number()?,
+                    accesses: words.number()?,
+                })
+            }
             "section" => self.sections.push((words.number()?, words.number()?)),
             "targets" => self.targets.push((words.number()?, words.rest()?)),
             "frame" => self.frames.push(Frame {

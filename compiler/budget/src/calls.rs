@@ -178,9 +178,9 @@ impl Calls {
         whole.chain(begun).chain(beginning).chain(nobody).collect()
     }
 
-    /// The same for a certificate, where the functions of a frame are the tick, then what begins a
-    /// key: all keys, or one less where one begins.
-    pub fn certified(&self, keys: u32) -> Vec<Certified> {
+    /// The same for a certificate: what ticks all keys, those that have begun where one begins, and
+    /// the one that begins, each as the number of a function and how many keys it ticks.
+    pub fn certified(&self, [whole, begun, begin]: [(u32, u32); 3]) -> Vec<Certified> {
         let to = |sites: &[u32], callee, costs| {
             let call = |site: &u32| Certified {
                 site: *site,
@@ -189,13 +189,9 @@ impl Calls {
             };
             sites.iter().map(call).collect::<Vec<_>>()
         };
-        let mut all = to(&self.whole, self.tick, Some((0, keys)));
-        all.extend(to(
-            &self.begun,
-            self.tick,
-            Some((0, keys.saturating_sub(1))),
-        ));
-        all.extend(to(&self.beginning, self.begin, Some((1, 0))));
+        let mut all = to(&self.whole, self.tick, Some(whole));
+        all.extend(to(&self.begun, self.tick, Some(begun)));
+        all.extend(to(&self.beginning, self.begin, Some(begin)));
         for sites in [&self.whole, &self.begun, &self.beginning] {
             all.extend(self.others.iter().flat_map(|other| to(sites, *other, None)));
         }

@@ -9,12 +9,13 @@
 //! The heuristics are here: where points are, which facts are worth keeping, the cycles of a round.
 //! Wherever they err the checker refuses; nothing of what is here has to be believed.
 //!
-//! Not here: images with zones or parts, and boards with a DMA, which have no certificate.
+//! Not here: instruments in parts, which have no certificate.
 
 mod explore;
 mod finish;
 mod potential;
 mod tighten;
+mod wanted;
 
 use std::fmt::{self, Display};
 
@@ -27,12 +28,13 @@ use whippen_firmware::{CoreCode, DEAD, FirmwareImage, RUNNING};
 use whippen_keyboard::{CoreId, ProgramId};
 
 use super::calls::Calls;
+use super::cores::dma;
 use super::memory::{Interference, Lies, Others};
 use super::program::Program;
-use super::tick::Places;
 use super::tick_handler::{OnCore, find};
 use super::{Annotations, NotBounded, Query};
 use explore::Explorer;
+use wanted::Wanted;
 
 /// Why an image has no certificate.
 #[derive(Debug)]
@@ -80,19 +82,23 @@ pub fn certificate(
     kernels: &str,
     file: &[u8],
 ) -> Result<Certificate, NotCertified> {
-    let split = |core: &CoreCode| core.is_split() || core.cut.is_some();
     let mut cores = image.programs.iter().flat_map(|program| &program.cores);
-    if image.cut().is_some() || cores.any(split) {
-        return Err(NotCertified::Beyond("zones and parts"));
-    }
-    if board.dma_traffic().is_some() {
-        return Err(NotCertified::Beyond("boards with a DMA"));
+    if image.cut().is_some() || cores.any(|core| core.cut.is_some()) {
+        return Err(NotCertified::Beyond("instruments in parts"));
     }
     let mut elf = Elf::read(file).map_err(Refusal::new)?;
     elf.kernels = Some(kernels.to_string());
     let mut certificate = of_board(board, deadline, image.keys_of_cores.len() as u32);
     certificate.sections = elf.constants();
     certificate.kernels = audit::number_of(kernels);
+    certificate.dma = dma(image, board).and_then(|dma| {
+        let bus = board.buses.iter().find(|bus| bus.contains(dma.device))?;
+        Some(audit::Dma {
+            bus: bus.base,
+            wait: dma.wait_cycles,
+            accesses: dma.in_memory,
+        })
+    });
     certificate.dead = find(program, DEAD)?;
     certificate.targets = program.annotations.targets.clone().into_iter().collect();
     certificate.frames = empty_frames(image, program)?;
@@ -184,16 +190,6 @@ struct Framed<'a> {
     certificate: &'a Certificate,
 }
 
-/// A function that is looked for.
-struct Wanted<'a> {
-    name: &'a str,
-    kind: Kind,
-    /// Entries of its pieces.
-    entries: Vec<u32>,
-    annotations: Annotations,
-    calls: Vec<audit::Call>,
-}
-
 impl Framed<'_> {
     /// What a core runs while a program plays.
     fn functions(&self, number: usize) -> Result<Vec<Function>, NotCertified> {
@@ -230,68 +226,6 @@ impl Framed<'_> {
             frame.functions.push(function);
         }
         Ok(frame.functions)
-    }
-
-    /// The tick of the keys, what begins one, what runs between ticks, the handler.
-    fn wanted<'a>(
-        &'a self,
-        of: &OnCore<'a>,
-        calls: &Calls,
-    ) -> Result<Vec<Wanted<'a>>, NotCertified> {
-        let (program, keys) = (self.program, of.playing.keys.count());
-        let name = &of.playing.name;
-        let Places { tick, modes, end } = Places::find(program, name)?;
-        let modes = modes.iter().map(|(_, at)| *at);
-        let own = || program.annotations.clone();
-        let plain = |name, kind, entry, annotations, calls| Wanted {
-            name,
-            kind,
-            entries: vec![entry],
-            annotations,
-            calls,
-        };
-        let ticked = Wanted {
-            name,
-            kind: Kind::Keys,
-            entries: [tick].into_iter().chain(modes).chain([end]).collect(),
-            annotations: Annotations {
-                return_to: calls.return_to,
-                entered: of.entered(name, None),
-                ..own()
-            },
-            calls: Vec::new(),
-        };
-        let begun = Annotations {
-            entered: of.entered(name, Some(keys)),
-            ..own()
-        };
-        let handled = Annotations {
-            handler: true,
-            ..own()
-        };
-        let sleeping = Annotations {
-            sleeps: true,
-            ..own()
-        };
-        let running = of.running;
-        Ok(vec![
-            ticked,
-            plain("begin", Kind::Plain, calls.begin, begun, Vec::new()),
-            plain(
-                running.idle,
-                Kind::Idle,
-                find(program, running.idle)?,
-                sleeping,
-                Vec::new(),
-            ),
-            plain(
-                running.handler,
-                Kind::Handler,
-                find(program, running.handler)?,
-                handled,
-                calls.certified(keys),
-            ),
-        ])
     }
 
     fn function(

@@ -149,7 +149,7 @@ fn around<'a>(
 
 /// What a DMA does in a tick, if the board has one at work. Behind a bridge each access of a core
 /// is taken to meet one of its reads and one of its writes, however many there are.
-fn dma(whole: &FirmwareImage, board: &Board) -> Option<Dma> {
+pub(super) fn dma(whole: &FirmwareImage, board: &Board) -> Option<Dma> {
     let traffic = board.dma_traffic()?;
     let kinds = [traffic.reads, traffic.writes].map(|count| u16::from(count > 0));
     Some(Dma {

@@ -20,6 +20,9 @@ pub use range::KeyRange;
 use whippen_ids::IdMap;
 pub use zone::{CoreKeys, CoreZone, Program, Zone};
 
+/// Chips that one keyboard can be divided over, at most.
+pub const CHIPS_MAX: u32 = 16;
+
 /// The keys of a keyboard and its programs, one of which plays at a time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {

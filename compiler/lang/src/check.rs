@@ -39,6 +39,7 @@ mod elsewhere;
 mod expect;
 mod expr;
 mod friction;
+mod hardware;
 mod instantiate;
 mod items;
 mod keyboard;
@@ -131,6 +132,8 @@ pub struct Keyboard {
     pub span: Span,
     /// The board its code runs on, if it says so.
     pub board: Option<String>,
+    /// How many chips of that board have its keys, each a run of neighbours.
+    pub chips: u32,
     /// Sensors, converters, motor and key; of keys `mikey` unless it says otherwise.
     pub device: DeviceName,
     /// Ticks per second.

@@ -1,5 +1,5 @@
-//! Several chips that have one keyboard, `--board 'rp2350*2'`: a run of neighbouring keys each, and
-//! an image each, that passes MIDI on to the next chip.
+//! Several chips that have one keyboard, `--board 'rp2350*2'` or its `board rp2350 * 2`: a run of
+//! neighbouring keys each, and an image each, that passes MIDI on to the next chip.
 //!
 //! ```text
 //!   MIDI --> chip 1: lowest keys --serial port--> chip 2 --serial port--> notes of all keys
@@ -11,16 +11,13 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use whippen_compiler::check::note_name;
+use whippen_compiler::check::{Keyboard, note_name};
 use whippen_compiler::firmware::{Monitor, SensorTuning, divide_equally, with_values_from};
-use whippen_compiler::keyboard::{KeyRange, Layout};
+use whippen_compiler::keyboard::{CHIPS_MAX, KeyRange, Layout};
 use whippen_runtime::image::ImageInstrument;
 
 use super::{ImageSetup, SetupArgs};
 use crate::exit::{Failure, Outcome};
-
-/// More is no keyboard.
-const CHIPS_MAX: u32 = 16;
 
 /// One of several chips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,16 +81,20 @@ pub fn check_no_monitor(chips: u32, monitor: Option<Monitor>) -> Outcome {
 }
 
 impl SetupArgs {
-    /// How many chips the board's name asks for.
-    pub fn chips(&self) -> Result<u32, Failure> {
-        Ok(self.board_and_chips()?.1)
+    /// How many chips are asked for on the command line.
+    pub fn named_chips(&self) -> Result<u32, Failure> {
+        Ok(self.board_and_chips(None)?.1)
     }
 
-    /// The board that was named, and how many chips.
-    pub(super) fn board_and_chips(&self) -> Result<(Option<OsString>, u32), Failure> {
+    /// The board that was named, and how many chips; else as many as the keyboard has.
+    pub(super) fn board_and_chips(
+        &self,
+        keyboard: Option<&Keyboard>,
+    ) -> Result<(Option<OsString>, u32), Failure> {
         let counted = self.board.as_deref().map(counted).transpose();
         let counted = counted.map_err(Failure::Usage)?;
-        Ok(counted.map_or((None, 1), |(board, chips)| (Some(board), chips)))
+        let of_keyboard = keyboard.map_or(1, |own| own.chips);
+        Ok(counted.map_or((None, of_keyboard), |(board, chips)| (Some(board), chips)))
     }
 }
 
@@ -120,6 +121,11 @@ impl Chip {
 }
 
 impl ImageSetup {
+    /// For so many chips.
+    pub fn on_chips(self, chips: u32) -> ImageSetup {
+        ImageSetup { chips, ..self }
+    }
+
     /// The set-up of each chip, this one where there is only one.
     ///
     /// # Errors

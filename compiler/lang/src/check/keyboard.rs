@@ -74,6 +74,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             name: ast.name.node.clone(),
             span: ast.name.span,
             board: None,
+            chips: 1,
             device: DeviceName::Bundled(DEFAULT_DEVICE.to_string()),
             rate_hz: options.usual_rate_hz(),
             layout: Layout {
@@ -147,10 +148,13 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
 
     fn setting(&mut self, setting: &'a Setting) {
         match setting {
-            Setting::Board(name) => {
+            Setting::Board { name, chips } => {
                 if self.is_first("board", name.span) {
                     self.is_bundled("board", name, BOARDS);
                     self.board.keyboard.board = Some(name.node.clone());
+                    if let Some(chips) = chips {
+                        self.chips(chips);
+                    }
                 }
             }
             Setting::Device(name) => {
@@ -177,43 +181,6 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             }
             Setting::Programs(_) | Setting::Zones { .. } | Setting::PerKey { .. } => {}
         }
-    }
-
-    /// A device's file, which is looked for when the device is needed.
-    fn device_file(&mut self, file: &Name) {
-        if !file.node.ends_with(".toml") {
-            let message = format!("`{}` is no device file: its name ends in .toml", file.node);
-            let diagnostic =
-                Diagnostic::new(Code::UnknownHardware, file.span, message, "this name");
-            self.diags.push(diagnostic.hint(format!(
-                "a bundled device is named without quotes; they are {}",
-                DEVICES.join(", ")
-            )));
-        }
-        self.board.keyboard.device = DeviceName::File(file.node.clone(), file.span);
-    }
-
-    /// Reports a board or device that is not there.
-    fn is_bundled(&mut self, what: &str, name: &Name, known: &[&str]) {
-        if known.contains(&name.node.as_str()) {
-            return;
-        }
-        let message = format!("there is no {what} `{}`", name.node);
-        let label = format!("unknown {what}");
-        let diagnostic = Diagnostic::new(Code::UnknownHardware, name.span, message, label);
-        self.diags
-            .push(match nearest(&name.node, known.iter().copied()) {
-            Some(near) => diagnostic.hint(Advice::did_you_mean(near)),
-            None if what == "device" => diagnostic.hint(format!(
-                "it is one of {}; a file of your own stands in quotes: `device \"{}.toml\"`",
-                known.join(", "),
-                name.node
-            )),
-            None => diagnostic.hint(format!(
-                "it is one of {}; leave the line away and give a file of your own with --{what}",
-                known.join(", ")
-            )),
-        });
     }
 
     fn is_first(&mut self, what: &str, span: Span) -> bool {

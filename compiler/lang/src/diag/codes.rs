@@ -163,7 +163,7 @@ codes! {
     ZonesName           "WH0615" Error "zones with the name of an instrument";
     UnusedZones         "WH0616" Warning "zones that are no program";
     NoPort              "WH0617" Error "ports that no key has";
-    UnknownHardware     "WH0618" Error "a board or a device that is not bundled";
+    UnknownHardware     "WH0618" Error "a board or a device that is not bundled, or a number of chips that cannot be";
     ShortWindow         "WH0619" Warning "a window shorter than three measurements";
     Channel             "WH0620" Error "a sound on a side that is neither left nor right";
     NearEnd             "WH0621" Warning "a place nearer to an end of a string than its points tell";

@@ -218,8 +218,10 @@ impl Resolver<'_> {
 
     fn setting(&mut self, setting: &Setting) {
         match setting {
-            Setting::Board(_) | Setting::Device(_) | Setting::DeviceFile(_) | Setting::Keys(..) => {
-            }
+            Setting::Board { .. }
+            | Setting::Device(_)
+            | Setting::DeviceFile(_)
+            | Setting::Keys(..) => {}
             Setting::Rate(rate) => self.expr(rate),
             Setting::Programs(names) => names.iter().for_each(|n| self.program(n)),
             Setting::Zones { zones, .. } => zones.iter().for_each(|zone| {

@@ -111,6 +111,12 @@ impl<'s> Build<'s> {
         self.leaf(start, ExprKind::Number(number), end)
     }
 
+    /// A number as it is written, with its unit if it has one.
+    pub fn count(&self, start: u32, literal: Literal, end: u32) -> Name {
+        let text = [literal.digits, literal.unit].join(" ");
+        self.name(start, text.trim_end(), end)
+    }
+
     pub fn leaf(&self, start: u32, kind: ExprKind, end: u32) -> Deep {
         Deep {
             expr: Expr {

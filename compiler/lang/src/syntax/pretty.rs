@@ -67,7 +67,10 @@ fn block(header: &str, lines: Vec<String>) -> String {
 
 fn setting(setting: &Setting) -> String {
     match setting {
-        Setting::Board(name) => format!("board {}", name.node),
+        Setting::Board { name, chips } => match chips {
+            Some(chips) => format!("board {} * {}", name.node, chips.node),
+            None => format!("board {}", name.node),
+        },
         Setting::Device(name) => format!("device {}", name.node),
         Setting::DeviceFile(file) => format!("device \"{}\"", file.node),
         Setting::Rate(rate) => format!("rate {}", Shown(rate)),

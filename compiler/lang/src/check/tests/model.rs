@@ -179,6 +179,21 @@ fn a_result_that_does_not_depend_on_an_argument_breaks_the_circle() {
 }
 
 #[test]
+fn a_keyboard_may_be_on_several_chips() {
+    let chips = |board: &str| {
+        let instrument = "instrument i { sense x: length in 0 mm .. 10 mm force f = 0 N }";
+        let text =
+            format!("keyboard k {{ {board} rate 1 kHz keys C4 .. E4 programs i }} {instrument}");
+        let (_, program, _) = check_text(&text, &Options::default());
+        program.expect("it is right").keyboards[0].chips
+    };
+    assert_eq!(
+        ["", "board rp2350", "board rp2350 * 16", "board rp2350*2"].map(chips),
+        [1, 1, 16, 2]
+    );
+}
+
+#[test]
 fn per_key_values_are_linear_between_the_notes() {
     let text = "keyboard b { rate 1000 Hz keys C4 .. E4 programs i i.w = { C#4: 1 N, Eb4: 3 N } }
         instrument i { sense x: length in 0 mm .. 10 mm live param w = 0 N in 0 N .. 5 N force f = w }";

@@ -19,8 +19,13 @@ pub struct Keyboard {
 /// One line of a keyboard.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Setting {
-    /// `board rp2350`
-    Board(Name),
+    /// `board rp2350`, `board rp2350 * 2`
+    Board {
+        /// The board.
+        name: Name,
+        /// How many of it, as it is written.
+        chips: Option<Name>,
+    },
     /// `device mikey`
     Device(Name),
     /// `device "file"`, without the quotes.

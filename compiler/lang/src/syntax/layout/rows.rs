@@ -202,7 +202,7 @@ fn setting<'a>(pieces: &[Piece], setting: &Setting) -> Start<'a> {
                 Inside::Nothing,
             );
         }
-        Setting::Board(name)
+        Setting::Board { name, .. }
         | Setting::Device(name)
         | Setting::DeviceFile(name)
         | Setting::Keys(name, _) => name.span.start,

@@ -173,8 +173,8 @@ fn adjoins(text: &str, tokens: &Tokens, i: usize) -> bool {
     if token.name().is_none() {
         return token == Token::LeftParen;
     }
-    let goes_on =
-        at(tokens, i + 1).is_some_and(|t| t.begins_expression() || matches!(t, Token::Sharp(_)));
+    let goes_on = at(tokens, i + 1)
+        .is_some_and(|t| t.begins_expression() || matches!(t, Token::Sharp(_) | Token::Text(_)));
     let soft = goes_on && !matches!(token, Token::Word(_));
     let argument = at(tokens, i + 1) == Some(Token::Colon);
     !(soft

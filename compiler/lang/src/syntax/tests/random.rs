@@ -338,7 +338,13 @@ impl Dice {
 
     fn setting(&mut self) -> Setting {
         match self.below(8) {
-            0 => Setting::Board(self.name()),
+            0 => Setting::Board {
+                name: self.name(),
+                chips: (self.below(2) == 0).then(|| Spanned {
+                    node: (1 + self.below(16)).to_string(),
+                    span: Span::default(),
+                }),
+            },
             1 => Setting::Device(self.name()),
             2 => Setting::Rate(self.value()),
             7 => Setting::DeviceFile(Spanned {

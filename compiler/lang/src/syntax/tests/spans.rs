@@ -82,7 +82,7 @@ places! {
     struct Term { name params results decls span }
     struct TypedName { name ty }
     struct Keyboard { name settings span }
-    enum Setting { Board(n), Device(n), DeviceFile(n), Rate(e), Keys(a b), Programs(n), Zones { name zones span }, PerKey { instrument param points }, }
+    enum Setting { Board { name chips }, Device(n), DeviceFile(n), Rate(e), Keys(a b), Programs(n), Zones { name zones span }, PerKey { instrument param points }, }
     struct Zone { low high instrument }
     struct Decl { kind span }
     struct RangeExpr { low high span }

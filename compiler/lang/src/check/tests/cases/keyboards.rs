@@ -65,6 +65,9 @@ pub const KEYBOARDS: &[Case] = &[
     ),
     case("swapped keys", &["WH0505"], keyboard!("rate 44100 Hz keys C8 .. A0 programs piano")),
     case("missing settings", &["WH0604", "WH0604"], keyboard!("board rp2350")),
+    case("no chips", &["WH0618"], keyboard!("board rp2350 * 0 rate 44100 Hz keys A0 .. C8 programs piano")),
+    case("chips with a unit", &["WH0618"], keyboard!("board rp2350 * 2 mm rate 44100 Hz keys A0 .. C8 programs piano")),
+    case("half a chip", &["WH0618"], keyboard!("board rp2350 * 1.5 rate 44100 Hz keys A0 .. C8 programs piano")),
     case("missing keys", &["WH0604"], keyboard!("rate 44100 Hz programs piano piano.weight = { A0: 1 N }")),
     case(
         "sense of a speed on keys",
