@@ -286,12 +286,11 @@ pub fn find_board(wanted: Option<&OsStr>, keyboard: Option<&Keyboard>) -> Result
 
 /// How many keys a board has where nobody says: those that are wired, or the keyboard's.
 fn usual_keys_of(board: &Board, layout: &Layout, chips: u32) -> u32 {
-    match (&board.knob, &board.bench, &board.columns) {
-        (Some(knob), ..) => chips * knob.count(),
-        (_, Some(bench), _) => chips * bench.keys(),
-        (.., Some(columns)) => chips * columns.keys(),
-        (None, None, None) => layout.keys,
-    }
+    let knobs = board.knob.as_ref().map(|knob| knob.count());
+    let bench = board.bench.as_ref().map(|bench| bench.keys());
+    let columns = board.columns.as_ref().map(|columns| columns.keys());
+    let wired = knobs.or(bench).or(columns);
+    wired.map_or(layout.keys, |keys| chips * keys)
 }
 
 /// The prefix of all names of an instrument in code.
