@@ -21,7 +21,6 @@ fn wiring_of_columns_and_latency_are_told_and_keys_are_pressed() {
     .concat();
     let (out, _) = shell.ends(0, &build);
     for line in [
-        "it has no certificate for `whippen audit`: certificates do not speak of boards with a DMA",
         "pin    7  GPIO  5  all amplifiers, enable; and 10 kOhm to ground",
         "pin    9  GPIO  6  DAC of column 0, DIN: keys 0 to 7",
         "pin   12  GPIO  9  ADC of column 1, SDO: key 8",
@@ -31,6 +30,8 @@ fn wiring_of_columns_and_latency_are_told_and_keys_are_pressed() {
     ] {
         assert!(out.contains(line), "{line}: {out}");
     }
+    let (checked, _) = shell.ends(0, &["audit", "keys.elf"]);
+    assert!(checked.contains("cycles of 3400 at most"), "{checked}");
     let press = "t_s,x_mm\n0,0\n0.02,4\n0.03,4\n";
     std::fs::write(shell.path("press.csv"), press).expect("writable");
     let emulate = ["emulate", "keys.elf", "--board", "rp2350"];

@@ -96,6 +96,7 @@ fn memory(arch: Arch) -> Board {
         }],
         knob: None,
         bench: None,
+        columns: None,
         i2s: None,
         fetches_apart: arch != Arch::V6M,
         banks: vec!["RAM".to_string()],
