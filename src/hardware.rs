@@ -84,7 +84,7 @@ mod tests {
         assert_eq!(
             BOARD.absent("boards/rp235.toml".as_ref()),
             "there is no file `boards/rp235.toml`; did you mean `rp2350`?\n\
-             boards are pico2_four_knobs, pico2_knob, pico2_strings, pico2_two_knobs, rp2040, rp2350, rp2350_columns, rp2350b_bench, stm32f4; docs/build.md, under Boards, says how to write a file of your own"
+             boards are pico2_four_knobs, pico2_knob, pico2_strings, pico2_two_knobs, rp2040, rp2350, rp2350_columns, rp2350_seven_columns, rp2350b_bench, stm32f4; docs/build.md, under Boards, says how to write a file of your own"
         );
     }
 

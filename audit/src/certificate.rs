@@ -57,6 +57,15 @@ pub struct Dma {
     pub accesses: u32,
 }
 
+/// The other core at a bridge to devices that both go to in their ticks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Neighbour {
+    /// First address of the bus.
+    pub bus: u32,
+    /// Of each core, cycles that an access there waits for the other one, at most.
+    pub waits: Vec<u16>,
+}
+
 /// Everything that is claimed.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Certificate {
@@ -76,6 +85,8 @@ pub struct Certificate {
     pub buses: Vec<Bus>,
     /// A DMA, if one is at work.
     pub dma: Option<Dma>,
+    /// The other core at a bridge, if that is charged.
+    pub neighbour: Option<Neighbour>,
     /// Code and constants, by first address, with what stands for their bytes.
     pub sections: Vec<(u32, u64)>,
     /// What stands for the text of the Kernels.
@@ -234,9 +245,14 @@ impl Certificate {
         {
             return Err("memories or buses overlap");
         }
-        let bridge = self.dma.map(|dma| dma.bus);
-        if bridge.is_some_and(|base| self.buses.iter().all(|bus| bus.base != base)) {
+        let is_bridge = |base| self.buses.iter().any(|bus| bus.base == base);
+        if self.dma.is_some_and(|dma| !is_bridge(dma.bus)) {
             return Err("a DMA is behind a bridge that is none");
+        }
+        if let Some(other) = &self.neighbour
+            && (!is_bridge(other.bus) || other.waits.len() != self.cores as usize)
+        {
+            return Err("cores meet at a bridge that is none, or others than there are");
         }
         let targets = self
             .targets

@@ -142,6 +142,15 @@ fn of_board(all: &mut Vec<String>, certificate: &Certificate) {
             more => format!("the DMA accesses memory {more} times at most between two ticks"),
         });
     }
+    if let Some(other) = &certificate.neighbour {
+        let waits: Vec<String> = other.waits.iter().map(u16::to_string).collect();
+        all.push(format!(
+            "an access of a core behind the bridge at {:#x} waits {} cycles at most for the other \
+             core, core by core",
+            other.bus,
+            waits.join(" and ")
+        ));
+    }
 }
 
 fn of_function(all: &mut Vec<String>, name: &str, function: &Function, frame: &Frame) {

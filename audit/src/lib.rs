@@ -31,7 +31,9 @@ use std::fmt::{self, Display};
 use whippen_isa::timing::Core;
 
 pub use access::hands_stack;
-pub use certificate::{Bus, Call, Certificate, Dma, Frame, Function, Kind, Memory, Piece, Point};
+pub use certificate::{
+    Bus, Call, Certificate, Dma, Frame, Function, Kind, Memory, Neighbour, Piece, Point,
+};
 pub use elf::{CERTIFICATE, Elf, KERNELS, Section};
 pub use explain::{NOT_CHECKED, assumptions, explain};
 pub use facts::{ALL, Facts, Interval, NONE, PLACES};

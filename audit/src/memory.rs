@@ -3,7 +3,8 @@
 //!
 //! Charged for each word: what the memory or bus takes beyond a cycle; an access of the other core
 //! where its sections or its stack lie in the same bank; an own fetch where the word may lie in a
-//! bank that the function is fetched from; behind a bridge that a DMA uses, what that holds it for.
+//! bank that the function is fetched from; behind a bridge that a DMA uses, or the other core in
+//! its ticks, what that holds it for.
 
 use whippen_isa::{Inst, reg};
 
@@ -397,7 +398,13 @@ impl<'a> Around<'a> {
     fn device(&self, bus: &Bus, cycles: u16) -> u16 {
         let dma = self.certificate.dma.filter(|dma| dma.bus == bus.base);
         let waits = dma.map_or(0, |dma| dma.wait);
-        cycles.saturating_sub(1).saturating_add(waits)
+        let neighbour = self.certificate.neighbour.as_ref();
+        let neighbour = neighbour.filter(|other| other.bus == bus.base);
+        let waits_too = neighbour.and_then(|other| other.waits.get(self.core as usize));
+        cycles
+            .saturating_sub(1)
+            .saturating_add(waits)
+            .saturating_add(waits_too.copied().unwrap_or(0))
     }
 
     /// Cycles that a frame waits for a DMA at memory: each access of its may hold up one of ours

@@ -6,7 +6,8 @@
 //! is divided so is bounded first. What it proves of a key of each zone says what every other
 //! division would come to, and the one is taken with which the slowest core of the slowest program
 //! is fastest; of equal ones that with the most equal parts. Its image is then bounded as it
-//! stands: only the choice rests on the sums here.
+//! stands: only the choice rests on the sums here. On a board with columns of converters each core
+//! has whole columns.
 //!
 //! Of an instrument in parts the members of one core become one part where that is faster. What is
 //! proven of a division says what every other one would come to; the fastest is made and bounded,
@@ -15,7 +16,7 @@
 
 use std::collections::BTreeSet;
 
-use whippen_board::Board;
+use whippen_board::{Board, COLUMN_KEYS, Columns};
 use whippen_budget::{Bounded, Budget, NotBounded, Program, TickHandlerBound, cores};
 use whippen_firmware::{
     FirmwareImage, ImageError, InParts, Instrument, PartCode, ProgramCode, Role, Setup,
@@ -68,6 +69,8 @@ pub fn build_partitioned(
     setup: &Setup,
     board: &Board,
 ) -> Result<FirmwareImage, BuildError> {
+    let in_columns = in_whole_columns(setup, board);
+    let setup = in_columns.as_ref().unwrap_or(setup);
     if let Some(in_parts) = sound_apart(instruments) {
         return with_sound_apart(in_parts, layout, instruments, setup, board);
     }
@@ -79,7 +82,8 @@ pub fn build_partitioned(
         return with_odd_key_in_time(equal, layout, instruments, setup, board);
     }
     let costs = bound_zones(&equal, board).map_err(BuildError::Bound)?;
-    let keys = fastest_division(&costs, &setup.keys);
+    let step = board.columns.as_ref().map_or(1, |_| COLUMN_KEYS);
+    let keys = fastest_division(&costs, &setup.keys, step);
     if keys == setup.keys {
         return Ok(equal);
     }
@@ -88,6 +92,16 @@ pub fn build_partitioned(
         ..setup.clone()
     };
     build_image(layout, instruments, &divided, board).map_err(BuildError::Image)
+}
+
+/// A setup whose cores have whole columns, where the board has columns and more than one core.
+fn in_whole_columns(setup: &Setup, board: &Board) -> Option<Setup> {
+    let cores = setup.keys.len() as u32;
+    board.columns.as_ref().filter(|_| cores > 1)?;
+    Some(Setup {
+        keys: Columns::divided(setup.keys.iter().sum(), cores),
+        ..setup.clone()
+    })
 }
 
 /// The only instrument, where it has no members and only what is heard of it is apart.
@@ -349,7 +363,8 @@ fn with_odd_key_in_time(
     };
     // What has no bound is judged by whoever wants one.
     let in_time = |image: &FirmwareImage| fits(image, setup, board).unwrap_or(true);
-    if first == second || in_time(&equal) {
+    let is_odd = first == second + 1 && board.columns.is_none();
+    if !is_odd || in_time(&equal) {
         return Ok(equal);
     }
     let swapped = Setup {
@@ -396,14 +411,15 @@ fn bound_zones(image: &FirmwareImage, board: &Board) -> Result<Vec<Costs>, NotBo
         .collect()
 }
 
-/// The fastest division between two cores, by what programs cost.
-fn fastest_division(programs: &[Costs], equal: &[u32]) -> Vec<u32> {
+/// The fastest division between two cores, by what programs cost, at a multiple of so many keys.
+fn fastest_division(programs: &[Costs], equal: &[u32], step: u32) -> Vec<u32> {
     let all: u32 = equal.iter().sum();
     let slowest = |first: u32| {
         let slower_core = |costs: &Costs| costs.of(0, first).max(costs.of(first, all));
         programs.iter().map(slower_core).max().unwrap_or(0)
     };
-    let possible = (1..all).filter(|first| *first <= KEYS_MAX && all - first <= KEYS_MAX);
+    let possible = (step..all).step_by(step as usize);
+    let possible = possible.filter(|first| *first <= KEYS_MAX && all - first <= KEYS_MAX);
     let best = possible.min_by_key(|&first| (slowest(first), first.abs_diff(equal[0])));
     best.map_or(equal.to_vec(), |first| vec![first, all - first])
 }
@@ -438,13 +454,15 @@ mod tests {
 
     #[test]
     fn the_slowest_core_of_the_slowest_program_is_as_fast_as_can_be() {
-        assert_eq!(fastest_division(&[costs(&[(9, 50)])], &[5, 4]), [5, 4]);
+        assert_eq!(fastest_division(&[costs(&[(9, 50)])], &[5, 4], 1), [5, 4]);
         // 30 keys of 50 and 20 of 100: 3500 in all.
         let split = costs(&[(30, 50), (20, 100)]);
-        let one = fastest_division(std::slice::from_ref(&split), &[25, 25]);
+        let one = fastest_division(std::slice::from_ref(&split), &[25, 25], 1);
         assert_eq!(one, [32, 18]);
+        let in_columns = fastest_division(&[costs(&[(20, 50), (20, 100)])], &[16, 24], 8);
+        assert_eq!(in_columns, [24, 16]);
         // The other program is slower with more keys on core 0.
-        let with = |other| fastest_division(&[split.clone(), costs(&[(50, other)])], &[25, 25]);
+        let with = |other| fastest_division(&[split.clone(), costs(&[(50, other)])], &[25, 25], 1);
         assert_eq!(with(80), [27, 23]);
         assert_eq!(with(62), [31, 19]);
     }
@@ -465,9 +483,9 @@ mod tests {
 
     #[test]
     fn no_core_has_none_or_more_than_the_firmware_takes() {
-        let few = fastest_division(&[costs(&[(1, 900), (3, 1)])], &[2, 2]);
+        let few = fastest_division(&[costs(&[(1, 900), (3, 1)])], &[2, 2], 1);
         assert_eq!(few, [1, 3]);
-        let many = fastest_division(&[costs(&[(290, 1), (10, 1000)])], &[150, 150]);
+        let many = fastest_division(&[costs(&[(290, 1), (10, 1000)])], &[150, 150], 1);
         assert_eq!(many, [255, 45]);
     }
 }

@@ -86,6 +86,7 @@ pub const BOARDS: &[Text] = texts! {
     "pico2_four_knobs"
     "pico2_strings"
     "rp2350_columns"
+    "rp2350_seven_columns"
     "rp2350b_bench"
     "stm32f4"
 };

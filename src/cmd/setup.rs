@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::ValueHint;
-use whippen_compiler::board::Board;
+use whippen_compiler::board::{Board, COLUMN_KEYS};
 use whippen_compiler::check::{Keyboard, Options, Program};
 use whippen_compiler::diag::Severity;
 use whippen_compiler::firmware::{
@@ -411,13 +411,19 @@ impl ImageSetup {
         })
     }
 
-    /// Keys that an image can have, at least and at most: each core has 1 to 255, and what is no
+    /// Keys that an image can have, at least and at most: each core has 1 to 255, or columns as the
+    /// board has, and what is no
     /// instrument of a key is played once.
     pub fn keys_possible(&self) -> [u32; 2] {
         if !self.first().model.is_of_key() {
             return [1, 1];
         }
-        [self.board.cores, 255 * self.board.cores]
+        let cores = self.board.cores;
+        match &self.board.columns {
+            // Each core has a column.
+            Some(columns) => [1 + COLUMN_KEYS * (cores - 1), columns.keys()],
+            None => [cores, 255 * cores],
+        }
     }
 
     /// Why an image has no bound: what its board says, or a mistake of the firmware's.

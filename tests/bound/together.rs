@@ -112,6 +112,7 @@ fn bounds(count: usize) -> [u64; 2] {
             contenders,
             remote_accesses: 0,
             dma: None,
+            neighbour: None,
         };
         let lies = Lies {
             code: banks(CODE),

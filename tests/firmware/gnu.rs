@@ -317,19 +317,35 @@ fn the_same_bytes_of_columns() {
         return;
     }
     let program = Rig::new(&kernel("virtual-spring.whip"), 0).programs;
-    let of = |keys: u32| Setup {
-        keys: vec![keys],
+    let of = |keys: &[u32]| Setup {
+        keys: keys.to_vec(),
         rate_hz: Rate::new(750_000, 17).expect("a rate"),
         ..setup()
     };
-    for (columns, keys) in [(1, 3), (3, 16), (7, 56)] {
+    let images: [(usize, &[u32]); 5] = [
+        (1, &[3]),
+        (3, &[16]),
+        (7, &[56]),
+        (2, &[8, 1]),
+        (7, &[24, 32]),
+    ];
+    for (columns, keys) in images {
         for pulls_down in [false, true] {
-            let mut board = crate::key_columns::board_of(columns);
+            let cores = keys.len();
+            let mut board = crate::key_columns::board_of(columns, cores);
             board.columns.as_mut().expect("columns").pulls_down = pulls_down;
             let board = support(&board).unwrap_or_else(|e| panic!("{e}"));
             let most = 8 * columns as u32;
-            let refused = constants(&program, &of(most + 1), &board).expect_err("refused");
-            assert_eq!(refused, FirmwareError::ColumnsKeys(most + 1, most));
+            let refused = |keys: &[u32]| constants(&program, &of(keys), &board);
+            let too_many = [vec![most + 1], vec![8, most - 7]];
+            assert_eq!(
+                refused(&too_many[cores - 1]).expect_err("refused"),
+                FirmwareError::ColumnsKeys(most + 1, most)
+            );
+            if cores > 1 {
+                let split = refused(&[7, 1]).expect_err("refused");
+                assert_eq!(split, FirmwareError::ColumnsDivided(7));
+            }
             let compared = compare(&board, "cortex-m33", &of(keys), Form::Plain);
             assert!(compared > 1600, "{compared} bytes");
         }

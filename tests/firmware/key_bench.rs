@@ -53,11 +53,12 @@ pub const PARTS: KeyParts = KeyParts {
 /// A program for a board that is in time.
 pub struct Built {
     pub image: Image,
-    pub bounded: Bounded,
     pub board: Board,
     pub kernel: Kernel,
-    /// Where the keys' state has what.
-    pub layout: StateLayout,
+    /// Its bound on each core.
+    pub bounded: Vec<Bounded>,
+    /// Where the state of each core's keys has what.
+    pub layouts: Vec<StateLayout>,
 }
 
 /// The bundled board.
@@ -110,10 +111,11 @@ pub fn build_keys(file: &str, keys: u32, board: Board, own_texts: OwnTexts) -> B
     let program = &mut proof.programs[0];
     assert!(program.budget.fits(), "{}", program.budget);
     let first = built.programs.into_iter().next().expect("a program");
+    let layout = |core| first.core(CoreId(core)).zones[0].layout().clone();
     Built {
         image: built.image,
-        bounded: program.cores.swap_remove(0),
-        layout: first.core(CoreId(0)).zones[0].layout().clone(),
+        layouts: (0..board.cores).map(layout).collect(),
+        bounded: std::mem::take(&mut program.cores),
         kernel: compiled.lowered.kernel,
         board,
     }
@@ -223,7 +225,9 @@ impl<'a> Bench<'a> {
     /// What each key's drive word is multiplied by, of 65536.
     pub fn gains(&self) -> [i32; KEYS] {
         std::array::from_fn(|key| {
-            let at = self.built.layout.gain(key as u32).expect("it has a gain");
+            let at = self.built.layouts[0]
+                .gain(key as u32)
+                .expect("it has a gain");
             self.word("core0_state", at)
         })
     }
@@ -249,23 +253,23 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// From where a handler begins to where the code goes on that it interrupted.
+/// From where a handler begins to where the code goes on that it interrupted, on each core.
 #[derive(Default)]
 pub struct Frames {
-    begins: u64,
-    pub longest: u64,
-    pub count: u64,
+    begins: [u64; 2],
+    pub longest: [u64; 2],
+    pub count: [u64; 2],
 }
 
 impl Observer for Frames {
     fn instruction(&mut self, _: &Step<'_>) {}
 
-    fn exception(&mut self, _: usize, _: u32, cycle: u64) {
-        self.begins = cycle;
+    fn exception(&mut self, core: usize, _: u32, cycle: u64) {
+        self.begins[core] = cycle;
     }
 
-    fn resumed(&mut self, _: usize, cycle: u64) {
-        self.longest = self.longest.max(cycle - self.begins);
-        self.count += 1;
+    fn resumed(&mut self, core: usize, cycle: u64) {
+        self.longest[core] = self.longest[core].max(cycle - self.begins[core]);
+        self.count[core] += 1;
     }
 }

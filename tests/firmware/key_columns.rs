@@ -18,6 +18,9 @@ pub const START_MS: u64 = 107;
 /// And force that comes up.
 pub const RAMP_MS: u64 = 23;
 
+/// CTR of slice 8.
+const TICK_COUNTER: u32 = 0x400a_8000 + 20 * 8 + 8;
+
 /// As the bundled device says, with an amplifier of 8 kHz.
 pub const KEY_PARTS: ColumnKeyParts = ColumnKeyParts {
     key: PARTS,
@@ -26,9 +29,10 @@ pub const KEY_PARTS: ColumnKeyParts = ColumnKeyParts {
     sensed_v: [0.0, 10.24],
 };
 
-/// The bundled board with so many columns.
-pub fn board_of(columns: usize) -> Board {
-    let mut board = board::bundled("rp2350_columns").expect("it is bundled");
+/// The bundled board for so many cores, with so many columns.
+pub fn board_of(columns: usize, cores: usize) -> Board {
+    let name = ["rp2350_columns", "rp2350_seven_columns"][cores - 1];
+    let mut board = board::bundled(name).expect("it is bundled");
     let own = board.columns.as_mut().expect("columns");
     let first = own.columns[0];
     own.columns = (0..columns as u32)
@@ -37,15 +41,15 @@ pub fn board_of(columns: usize) -> Board {
             from_adc: first.from_adc + 2 * column,
         })
         .collect();
-    // Sound has pins of the seventh column.
-    board.i2s = board.i2s.filter(|_| columns < 7);
+    // On one core sound has pins of the seventh column.
+    board.i2s = board.i2s.filter(|_| columns < 7 || cores > 1);
     assert_eq!(board.contradiction(), None);
     board
 }
 
-/// So many keys of a bundled instrument on just as many columns as they need.
-pub fn built(file: &str, keys: usize) -> Built {
-    let board = board_of(keys.div_ceil(COLUMN));
+/// So many keys of a bundled instrument on just as many columns as they need, of so many cores.
+pub fn built(file: &str, keys: usize, cores: usize) -> Built {
+    let board = board_of(keys.div_ceil(COLUMN), cores);
     build_keys(file, keys as u32, board, OwnTexts::default())
 }
 
@@ -105,8 +109,14 @@ impl<'a> ColumnBench<'a> {
         bench
     }
 
+    /// The cycle in which the chip is: a core that sleeps is behind.
+    pub fn now(&self) -> u64 {
+        let cycles = (0..self.cores()).map(|core| self.machine.cycle(core));
+        cycles.max().unwrap_or(0)
+    }
+
     pub fn pass(&mut self, cycles: u64) {
-        let until = self.machine.cycle(0) + cycles;
+        let until = self.now() + cycles;
         assert_eq!(self.machine.run(until), Stop::Limit);
     }
 
@@ -116,18 +126,25 @@ impl<'a> ColumnBench<'a> {
 
     /// As [`ColumnBench::pass`], observed.
     pub fn pass_observed(&mut self, cycles: u64, observer: &mut impl Observer) {
-        let until = self.machine.cycle(0) + cycles;
+        let until = self.now() + cycles;
         assert_eq!(self.machine.run_observed(until, observer), Stop::Limit);
     }
 
-    /// To shortly before the next tick: all frames are over.
+    /// To shortly before the next tick: all frames are over, and all cores are between ticks.
     pub fn between_ticks(&mut self) {
         for in_tick in [true, false] {
             while (self.machine.cpu(0).exception() != 0) == in_tick {
                 self.pass(20);
             }
         }
-        self.pass(PERIOD - 30);
+        // From the wrap that asked for this tick.
+        let cycle = self.now();
+        let since = self.machine.bus.read(TICK_COUNTER, 4, cycle).expect("CTR");
+        self.pass(PERIOD - 20 - u64::from(since));
+    }
+
+    pub fn cores(&self) -> usize {
+        self.built.layouts.len()
     }
 
     fn address(&self, symbol: &str) -> u32 {
@@ -144,45 +161,60 @@ impl<'a> ColumnBench<'a> {
         i32::from_le_bytes(bytes)
     }
 
-    pub fn key_count(&self) -> usize {
-        self.block(core_block::KEYS) as usize
+    /// Keys of each core.
+    pub fn keys_of(&self, core: usize) -> usize {
+        self.block_of(core, core_block::KEYS) as usize
     }
 
-    fn halves(&self, at: u32) -> Vec<u16> {
-        let half = |key: usize| {
-            let word = self.word("words0", at + ((2 * key as u32) & !3)) as u32;
+    pub fn key_count(&self) -> usize {
+        (0..self.cores()).map(|core| self.keys_of(core)).sum()
+    }
+
+    /// Sensor words of all keys, or drive words.
+    fn halves(&self, drive: bool) -> Vec<u16> {
+        let half = |core: usize, key: usize| {
+            let row = (2 * self.keys_of(core) as u32).next_multiple_of(4);
+            let at = u32::from(drive) * row + ((2 * key as u32) & !3);
+            let word = self.word(&format!("words{core}"), at) as u32;
             (word >> (16 * (key % 2))) as u16
         };
-        (0..self.key_count()).map(half).collect()
+        let of_core = |core| (0..self.keys_of(core)).map(move |key| half(core, key));
+        (0..self.cores()).flat_map(of_core).collect()
     }
 
     /// The sensor words of the last tick.
     pub fn sensed(&self) -> Vec<u16> {
-        self.halves(0)
+        self.halves(false)
     }
 
     /// Its drive words.
     pub fn driven(&self) -> Vec<i16> {
-        let row = (2 * self.key_count() as u32).next_multiple_of(4);
-        let words = self.halves(row);
+        let words = self.halves(true);
         words.into_iter().map(|word| word as i16).collect()
     }
 
     /// What each key's drive word is multiplied by, of 65536.
     pub fn gains(&self) -> Vec<i32> {
-        let gain = |key: usize| {
-            let at = self.built.layout.gain(key as u32).expect("it has a gain");
-            self.word("core0_state", at)
+        let gain = |core: usize, key: usize| {
+            let at = self.built.layouts[core].gain(key as u32);
+            self.word(&format!("core{core}_state"), at.expect("it has a gain"))
         };
-        (0..self.key_count()).map(gain).collect()
+        let of_core = |core| (0..self.keys_of(core)).map(move |key| gain(core, key));
+        (0..self.cores()).flat_map(of_core).collect()
+    }
+
+    pub fn block_of(&self, core: usize, at: u32) -> i32 {
+        self.word(&format!("core{core}"), at)
     }
 
     pub fn block(&self, at: u32) -> i32 {
-        self.word("core0", at)
+        self.block_of(0, at)
     }
 
+    /// Of all cores.
     pub fn faults(&self) -> i32 {
-        self.block(core_block::FAULTS)
+        let own = |core| self.block_of(core, core_block::FAULTS);
+        (0..self.cores()).fold(0, |faults, core| faults | own(core))
     }
 
     pub fn all(&self) -> &Columns {

@@ -58,7 +58,7 @@ fn a_grand_plays_as_the_interpreter_on_the_same_words() {
     assert!((1..4).contains(&so_far), "{so_far}");
     (0..so_far).for_each(|_| interp.tick(&rest, &mut drives));
     assert_eq!(interp.drain_events().len(), 0);
-    let ring = built.layout.events().expect("keys have events");
+    let ring = built.layouts[0].events().expect("keys have events");
     let mut head = bench.word("core0_state", ring.head);
     let (mut notes, mut spoken, mut full) = (0, 0, 0);
     let ticks = 11_500;

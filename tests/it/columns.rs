@@ -74,6 +74,58 @@ fn wiring_of_columns_and_latency_are_told_and_keys_are_pressed() {
     }
 }
 
+/// Both cores: who has which keys, that both are certified, and keys of each that are pressed.
+#[test]
+fn columns_on_both_cores_are_built_and_pressed() {
+    let shell = Shell::new();
+    let on = ["--board", "rp2350_seven_columns", "--device", "column_coil"];
+    let keys = ["-o", "keys.elf", "--keys", "25"];
+    let build = [&["build", SPRING][..], &keys, &on, &RATE].concat();
+    let (out, _) = shell.ends(0, &build);
+    for line in [
+        "pin   15  GPIO 11  ADC of column 2, SDO: keys 16 to 23",
+        "pin   16  GPIO 12  DAC of column 3, DIN: key 24",
+        "pin   25  GPIO 19  ADC of column 6, SDO: no keys",
+        "7089 cycles of every key",
+    ] {
+        assert!(out.contains(line), "{line}: {out}");
+    }
+    let budget = ["budget", SPRING, "--keys", "25"];
+    let (out, _) = shell.ends(0, &[&budget[..], &on, &RATE].concat());
+    for line in [
+        "core 0: 16 keys, ",
+        "core 1: 9 keys, ",
+        "the other core: devices",
+    ] {
+        assert!(out.contains(line), "{line}: {out}");
+    }
+    let (checked, _) = shell.ends(0, &["audit", "keys.elf", "--explain"]);
+    assert!(checked.contains("waits 4 and 12 cycles at most for the other core"));
+    let press = "t_s,x_mm\n0,0\n0.02,4\n0.03,4\n";
+    std::fs::write(shell.path("press.csv"), press).expect("writable");
+    let emulate = ["emulate", "keys.elf", "--board", "rp2350"];
+    let pressed = ["--columns", "rp2350_seven_columns", "--motion", "press.csv"];
+    let outputs = ["--pressed", "3,24", "--out", "keys.csv"];
+    let (out, _) = shell.ends(0, &[&emulate[..], &pressed, &outputs].concat());
+    assert!(
+        out.contains("amplifiers enabled") && !out.contains("documents"),
+        "{out}"
+    );
+    let table = std::fs::read_to_string(shell.path("keys.csv")).expect("a table");
+    let last: Vec<f64> = (table.lines().last().expect("rows").split(','))
+        .map(|cell| cell.parse().expect("a number"))
+        .collect();
+    assert_eq!(last.len(), 1 + 2 * 56 + 1);
+    for key in [3, 24] {
+        let (place, current) = (last[1 + 2 * key], last[2 + 2 * key]);
+        assert!((2.0..4.0).contains(&place) && current > 0.5, "{last:?}");
+    }
+    assert_eq!((last[1], last[113]), (0.0, 1.0));
+    // Each core has a column.
+    let few = [&["budget", SPRING, "--keys", "8"][..], &on, &RATE].concat();
+    shell.refuses(2, &few, &["give 9 to 56 with --keys"]);
+}
+
 /// What is wrong with a copy of the bundled board, and where.
 #[test]
 fn columns_that_cannot_be_are_refused_with_their_line() {
@@ -121,6 +173,16 @@ fn columns_that_cannot_be_are_refused_with_their_line() {
             changed("select   = \"3\"", "select   = \"12\""),
             "select",
             "must be pin 3, the one behind",
+        ),
+        (
+            changed("enable   = \"5\"", "enable = \"5\"\nfault = \"9\""),
+            "from_adc",
+            "has pin 9, which `columns.fault` has too",
+        ),
+        (
+            changed("enable   = \"5\"", "enable = \"5\"\nfault = \"20\""),
+            "data  = \"20\"",
+            "has pin 20, which `columns.fault` has too",
         ),
         (
             changed("\"ADS8688\"", "\"MCP3208\""),

@@ -162,7 +162,7 @@ fn the_page_on_build_shows_what_it_prints() {
 fn hardware_that_is_not_there_says_what_is() {
     let shell = Shell::new().with("lamp.whip", LAMP);
     let boards = [
-        "boards are pico2_four_knobs, pico2_knob, pico2_strings, pico2_two_knobs, rp2040, rp2350, rp2350_columns, rp2350b_bench, stm32f4",
+        "boards are pico2_four_knobs, pico2_knob, pico2_strings, pico2_two_knobs, rp2040, rp2350, rp2350_columns, rp2350_seven_columns, rp2350b_bench, stm32f4",
         "docs/build.md",
     ];
     let near = "did you mean `rp2350`?";

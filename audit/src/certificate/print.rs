@@ -2,7 +2,9 @@
 
 use std::fmt::{self, Display, Write};
 
-use super::{Bus, Call, Certificate, Dma, Frame, Function, HEADER, KINDS, Memory, Piece, Point};
+use super::{
+    Bus, Call, Certificate, Dma, Frame, Function, HEADER, KINDS, Memory, Neighbour, Piece, Point,
+};
 use crate::place::Tag;
 
 impl Certificate {
@@ -44,6 +46,10 @@ impl Certificate {
         }) = self.dma
         {
             writeln!(f, "dma {bus:#x} {wait} {accesses}")?;
+        }
+        if let Some(Neighbour { bus, waits }) = &self.neighbour {
+            let waits: Vec<String> = waits.iter().map(|wait| format!(" {wait}")).collect();
+            writeln!(f, "neighbour {bus:#x}{}", waits.concat())?;
         }
         Ok(())
     }

@@ -2,7 +2,9 @@
 
 use whippen_isa::ItState;
 
-use super::{Bus, Call, Certificate, Dma, Frame, Function, HEADER, KINDS, Memory, Piece, Point};
+use super::{
+    Bus, Call, Certificate, Dma, Frame, Function, HEADER, KINDS, Memory, Neighbour, Piece, Point,
+};
 use crate::facts::{Facts, PLACES};
 use crate::place::{Place, Tag};
 
@@ -100,6 +102,12 @@ impl Certificate {
                     bus: words.number()?,
                     wait: words.number()?,
                     accesses: words.number()?,
+                })
+            }
+            "neighbour" => {
+                self.neighbour = Some(Neighbour {
+                    bus: words.number()?,
+                    waits: words.rest()?,
                 })
             }
             "section" => self.sections.push((words.number()?, words.number()?)),

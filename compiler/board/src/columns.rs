@@ -31,6 +31,9 @@ const UPDATE_CYCLES: u32 = 289;
 /// and of the program, and what seven channels of the DMA wait for each other (an estimate, which
 /// tests hold against the emulated chip).
 const STORED_CYCLES: u32 = 41;
+/// Cycles from the interrupt of a tick until it looks where the DMA has come to, at least: what the
+/// exception saves, and then the handler.
+const LOOKS_CYCLES: u32 = 16;
 /// Cycles between two ticks: frames of 425 cycles and more, and counters of 16 bits.
 const PERIODS: [u32; 2] = [3400, 65_528];
 /// What of the loop's delay lies in the parts (ns): the low-pass before the ADC (15 kHz), and the
@@ -85,6 +88,8 @@ pub struct Columns {
     pub command: u32,
     /// To all amplifiers: low where they give no current.
     pub enable: u32,
+    /// From all amplifiers, if it is wired: low where one tells of a fault.
+    pub fault: Option<u32>,
     /// Each column's own.
     pub columns: Vec<ColumnWires>,
     /// What all ADCs take for the whole of a word.
@@ -106,9 +111,10 @@ impl Columns {
         self.period_cycles / CONVERSIONS
     }
 
-    /// Cycles from the wrap that asks for a frame until its words lie in memory.
+    /// Cycles from the wrap that asks for the last frame to the interrupt of the tick that finds
+    /// its words in memory.
     pub fn stored_cycles() -> u32 {
-        SELECT_CYCLES + UPDATE_CYCLES + STORED_CYCLES
+        SELECT_CYCLES + UPDATE_CYCLES + STORED_CYCLES - LOOKS_CYCLES
     }
 
     /// Cycles from the sample of any key to the DAC's update by the tick that has it: from the
@@ -125,6 +131,17 @@ impl Columns {
     /// The columns that so many keys are on.
     pub fn columns_of(keys: u32) -> u32 {
         keys.div_ceil(COLUMN_KEYS)
+    }
+
+    /// The keys of each of so many cores: core 1 has the last ones. Each has whole columns, as
+    /// nobody else shall write to a column's words; core 0, which also sends all words and looks
+    /// after all, has no more of them than core 1.
+    pub fn divided(keys: u32, cores: u32) -> Vec<u32> {
+        if cores < 2 {
+            return vec![keys];
+        }
+        let first = COLUMN_KEYS * (Self::columns_of(keys) / 2);
+        vec![first, keys - first]
     }
 
     /// The state machine of a column: its block of PIO, and which one there. The first is that of
@@ -154,6 +171,10 @@ impl Columns {
                 "all amplifiers, enable; and 10 kOhm to ground".into(),
             ),
         ];
+        all.extend(
+            self.fault
+                .map(|pin| (pin, "all amplifiers, fault (open drain)".into())),
+        );
         for (column, own) in (0..).zip(&self.columns) {
             let first = COLUMN_KEYS * column;
             let keys = match keys.saturating_sub(first) {
@@ -181,9 +202,11 @@ impl Columns {
             ("command", self.command),
             ("enable", self.enable),
         ];
+        let fault = self.fault.map(|pin| ("fault", pin));
+        let shared = shared.into_iter().chain(fault);
         let to = self.columns.iter().map(|own| ("to_dac", own.to_dac));
         let from = self.columns.iter().map(|own| ("from_adc", own.from_adc));
-        shared.into_iter().chain(to).chain(from).collect()
+        shared.chain(to).chain(from).collect()
     }
 
     fn contradiction(&self) -> Option<(&'static str, String)> {
@@ -280,6 +303,7 @@ mod tests {
             select: 3,
             command: 4,
             enable: 5,
+            fault: None,
             columns: (0..columns).map(own).collect(),
             range: CONVERTER_RANGES[3],
             pulls_down: false,
@@ -305,6 +329,10 @@ mod tests {
         assert_eq!(all, wanted);
         assert_eq!(right(7).latency_cycles(), 7089);
         assert_eq!(Columns::columns_of(9), 2);
+        assert_eq!(Columns::divided(24, 1), [24]);
+        assert_eq!(Columns::divided(9, 2), [8, 1]);
+        assert_eq!(Columns::divided(48, 2), [24, 24]);
+        assert_eq!(Columns::divided(56, 2), [24, 32]);
         let traffic = right(7).traffic();
         assert_eq!([traffic.reads, traffic.writes], [56, 64]);
         assert_eq!(traffic.in_memory, 64 + 56);
@@ -319,11 +347,17 @@ mod tests {
             told.map_or(String::new(), |(key, what)| format!("{key} {what}"))
         };
         (1..=7).for_each(|columns| assert_eq!(told(columns, &|_| {}), ""));
+        assert_eq!(told(7, &|c| c.fault = Some(28)), "");
         assert!(told(8, &|_| {}).starts_with("to_dac names 8 columns"));
         assert!(told(0, &|_| {}).starts_with("to_dac names 0 columns"));
         type Change<'a> = &'a dyn Fn(&mut Columns);
-        let mistakes: [(Change, &str); 8] = [
+        let mistakes: [(Change, &str); 10] = [
             (&|c| c.clock = 1, "clock has pin 1"),
+            (
+                &|c| c.fault = Some(7),
+                "from_adc has pin 7, which `columns.fault`",
+            ),
+            (&|c| c.fault = Some(30), "fault has pin 30, but must be"),
             (
                 &|c| c.command = 3,
                 "command has pin 3, which `columns.select`",

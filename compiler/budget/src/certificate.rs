@@ -28,8 +28,8 @@ use whippen_firmware::{CoreCode, DEAD, FirmwareImage, RUNNING};
 use whippen_keyboard::{CoreId, ProgramId};
 
 use super::calls::Calls;
-use super::cores::dma;
-use super::memory::{Interference, Lies, Others};
+use super::cores::{dma, neighbour};
+use super::memory::{Interference, Lies, Neighbour, Others};
 use super::program::Program;
 use super::tick_handler::{OnCore, find};
 use super::{Annotations, NotBounded, Query};
@@ -99,6 +99,7 @@ pub fn certificate(
             accesses: dma.in_memory,
         })
     });
+    certificate.neighbour = of_neighbours(image, board);
     certificate.dead = find(program, DEAD)?;
     certificate.targets = program.annotations.targets.clone().into_iter().collect();
     certificate.frames = empty_frames(image, program)?;
@@ -149,6 +150,19 @@ fn empty_frames(image: &FirmwareImage, program: &Program) -> Result<Vec<Frame>, 
         }
     }
     Ok(frames)
+}
+
+/// What the cores wait for each other at a bridge.
+fn of_neighbours(image: &FirmwareImage, board: &Board) -> Option<audit::Neighbour> {
+    let cores = 0..image.keys_of_cores.len();
+    let all = cores.map(|core| neighbour(image, board, core));
+    let all: Vec<Neighbour> = all.collect::<Option<_>>()?;
+    let device = all.first()?.device;
+    let bus = board.buses.iter().find(|bus| bus.contains(device))?;
+    Some(audit::Neighbour {
+        bus: bus.base,
+        waits: all.iter().map(|own| own.wait_cycles).collect(),
+    })
 }
 
 /// What is claimed of a board.

@@ -5,7 +5,7 @@
 //! accesses its own data. What a core looks up in the other's memory between ticks comes as a
 //! number (`FirmwareImage::visits`).
 
-use super::memory::{Dma, Extent, Interference, Lies, Others, Reach};
+use super::memory::{Dma, Extent, Interference, Lies, Neighbour, Others, Reach};
 use super::program::Program;
 use super::tick_handler::{OnCore, TickHandlerBound, stack_memory, tick_handlers};
 use super::waiting::{WaitCause, Waited};
@@ -132,6 +132,7 @@ fn around<'a>(
         };
     }
     others.dma = dma(whole, board);
+    others.neighbour = neighbour(whole, board, core);
     let is_only = cores == 1 && cut.is_none();
     let own_code = code_banks(image, board, core);
     // A single core also runs what is named after another one.
@@ -160,6 +161,19 @@ pub(super) fn dma(whole: &FirmwareImage, board: &Board) -> Option<Dma> {
         } else {
             traffic.in_memory
         },
+    })
+}
+
+/// The other core of columns at the bridge to the peripherals. Core 0 waits for an access that is
+/// under way. Core 1 may wait for two besides: BUS_PRIORITY is mis-wired there (erratum E27 of
+/// RP2350), core 0 goes first, and its texts make no more than two accesses in a row.
+pub(super) fn neighbour(whole: &FirmwareImage, board: &Board, core: usize) -> Option<Neighbour> {
+    let device = board.device("pwm").filter(|_| whole.has_columns)?;
+    let bus = board.buses.iter().find(|bus| bus.contains(device))?;
+    let accesses = if core == 0 { 1 } else { 3 };
+    Some(Neighbour {
+        device,
+        wait_cycles: accesses * bus.read_cycles.max(bus.write_cycles),
     })
 }
 

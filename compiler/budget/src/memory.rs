@@ -6,7 +6,8 @@
 //! * an access of every other manager that may use the bank, as the phase of the round robin is not
 //!   documented;
 //! * an own fetch, where the word may lie in a bank that the code is fetched from;
-//! * at a bridge to devices that a DMA uses too, one read and one write of its.
+//! * at a bridge to devices that a DMA uses too, one read and one write of its;
+//! * at one that the other core goes to in its ticks, what it may do there first.
 //!
 //! All are upper bounds, by rules. An address that facts do not narrow is taken for the core's own
 //! data; what may be fetched or accessed in memory without a known time is an error.
@@ -144,6 +145,17 @@ pub struct Others {
     pub remote_accesses: u32,
     /// What a DMA does besides.
     pub dma: Option<Dma>,
+    /// The other core at a bridge.
+    pub neighbour: Option<Neighbour>,
+}
+
+/// The other core at a bridge to devices that both go to in their ticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Neighbour {
+    /// An address behind the bridge.
+    pub device: u32,
+    /// Cycles that one access there waits for it, at most.
+    pub wait_cycles: u16,
 }
 
 /// A DMA at work in a tick.
@@ -362,8 +374,11 @@ impl<'a> Interference<'a> {
     /// One access behind a bridge, which takes so many cycles.
     fn device(&self, bus: &Bus, cycles: u16) -> Waits {
         let dma = self.others.dma.filter(|dma| bus.contains(dma.device));
+        let neighbour = self.others.neighbour;
+        let neighbour = neighbour.filter(|other| bus.contains(other.device));
         Waits {
             access: cycles.saturating_sub(1),
+            others: neighbour.map_or(0, |other| other.wait_cycles),
             dma: dma.map_or(0, |dma| dma.wait_cycles),
             ..Waits::default()
         }

@@ -63,6 +63,31 @@ const RP2_DEVICES: &[&str] = &["converter", "uart", "io_bank0", "watchdog"];
 /// Devices of the texts for knobs.
 const KNOB_DEVICES: &[&str] = &["uart", "io_bank0", "pads_bank0", "watchdog", "pwm", "pio0"];
 
+/// The texts for columns that so many cores play.
+const fn columns_of_cores(cores: u32) -> Texts {
+    Texts {
+        arch: Arch::V8M,
+        cores,
+        start: Start::ImageDef,
+        parts: Parts::Columns,
+        clock_hz: 150_000_000,
+        tick: COLUMNS,
+        rest: &[RP2350_START, RP2, COLUMNS_START],
+        constants: RP2350,
+        devices: &[
+            "uart",
+            "io_bank0",
+            "pads_bank0",
+            "watchdog",
+            "pwm",
+            "pio0",
+            "pio2",
+            "dma",
+            "busctrl",
+        ],
+    }
+}
+
 /// All of them.
 const TEXTS: &[Texts] = &[
     Texts {
@@ -107,27 +132,8 @@ const TEXTS: &[Texts] = &[
             "busctrl",
         ],
     },
-    Texts {
-        arch: Arch::V8M,
-        cores: 1,
-        start: Start::ImageDef,
-        parts: Parts::Columns,
-        clock_hz: 150_000_000,
-        tick: COLUMNS,
-        rest: &[RP2350_START, RP2, COLUMNS_START],
-        constants: RP2350,
-        devices: &[
-            "uart",
-            "io_bank0",
-            "pads_bank0",
-            "watchdog",
-            "pwm",
-            "pio0",
-            "pio2",
-            "dma",
-            "busctrl",
-        ],
-    },
+    columns_of_cores(1),
+    columns_of_cores(2),
     Texts {
         arch: Arch::V6M,
         cores: 2,

@@ -10,7 +10,7 @@
 
 use std::fmt::Write;
 
-use whippen_board::{Columns, PACE_SLICE, TICK_SLICE};
+use whippen_board::{Board, COLUMN_KEYS, Columns, PACE_SLICE, TICK_SLICE};
 
 use super::{FirmwareError, Setup, Support};
 
@@ -31,8 +31,17 @@ const IDLE: u32 = 0x0100_0000;
 /// No force on any channel: write and update all of them with mid-scale.
 const FREE: u32 = 0x03f8_0000;
 /// Cycles from the wrap of the ticks to the select's fall of the next frame 0, less those that the
-/// DMA needs to bring the first word of every column there, so late may a tick begin to send.
-const LATE: u32 = 60;
+/// DMA needs to bring the first word of every column there: so late may a tick send.
+const LATE: u32 = 96;
+/// The slice of PWM that counts ticks for core 1, and its interrupt (PWM_IRQ_WRAP_1): what one core
+/// clears in a slice is gone for both.
+const TICK_SLICE1: u32 = 10;
+/// See [`TICK_SLICE1`].
+const INTERRUPT1: u32 = 9;
+/// Ticks in a row that send nothing, after which the amplifiers are switched off.
+const UNSENT_TICKS: i64 = 8;
+/// Words of a row of the table of machines, in bytes.
+const ROW_BYTES: i64 = 28;
 
 /// How many keys there are, where setup and board can go together.
 fn checked(setup: &Setup, board: &Support, columns: &Columns) -> Result<u32, FirmwareError> {
@@ -42,6 +51,9 @@ fn checked(setup: &Setup, board: &Support, columns: &Columns) -> Result<u32, Fir
     }
     if setup.ports.len() != 1 {
         return Err(FirmwareError::BenchPorts);
+    }
+    if setup.keys.len() > 1 && !setup.keys[0].is_multiple_of(COLUMN_KEYS) {
+        return Err(FirmwareError::ColumnsDivided(setup.keys[0]));
     }
     let [ticks, seconds] = setup.rate_hz.fraction().map(u64::from);
     if ticks * u64::from(columns.period_cycles) != u64::from(board.board.clock_hz) * seconds {
@@ -61,30 +73,20 @@ pub(super) fn constants(
     let keys = checked(setup, board, columns)?;
     let ticks_in = |ms: u64| setup.rate_hz.ticks_in(ms) as i64;
     let used = Columns::columns_of(keys);
+    let age_wrong = ticks_in(WRONG_MS);
     let senders = (0..used).fold(0_i64, |mask, column| mask | 1 << sender(column));
-    let all = 0..columns.columns.len() as u32;
-    let machines = |block: u32| {
-        let own = all.clone().map(Columns::machine);
-        let first = i64::from(block == 0);
-        own.filter(|[of, _]| *of == block)
-            .fold(first, |mask, [_, number]| mask | 1 << number)
-    };
-    // Both queues of machines that have keys: eight bits each.
-    let levels = |block: u32| {
-        let own = (0..used).map(Columns::machine);
-        own.filter(|[of, _]| *of == block)
-            .fold(0_i64, |mask, [_, number]| mask | 0xff << (8 * number))
-    };
     let all = [
-        ("LEVELS0", levels(0)),
-        ("LEVELS2", levels(2)),
         ("PIN_CLOCK", columns.clock.into()),
         ("PIN_SELECT", columns.select.into()),
         ("PIN_COMMAND", columns.command.into()),
         ("PIN_ENABLE", columns.enable.into()),
+        ("FAULT_WIRED", columns.fault.is_some().into()),
+        ("PIN_FAULT", columns.fault.unwrap_or(0).into()),
+        ("CORE", 0),
+        ("START", 1),
         ("COLUMNS_USED", used.into()),
-        ("MACHINES0", machines(0)),
-        ("MACHINES2", machines(2)),
+        ("COLUMNS0", Columns::columns_of(setup.keys[0]).into()),
+        ("ROW", ROW_BYTES),
         ("SENDERS", senders),
         ("RANGE", columns.range.code.into()),
         ("PULLS_DOWN", columns.pulls_down.into()),
@@ -92,18 +94,53 @@ pub(super) fn constants(
         ("FRAME_CYCLES", columns.frame_cycles().into()),
         ("WORDS_STORED", Columns::stored_cycles().into()),
         ("LATE", LATE.into()),
+        ("TICK_SLICE1", TICK_SLICE1.into()),
+        ("INTERRUPT1", INTERRUPT1.into()),
         ("TICK_SLICE", TICK_SLICE.into()),
         ("PACE_SLICE", PACE_SLICE.into()),
         ("RING_BITS", RING_BITS.into()),
         ("BUS_PRIORITIES", BUS_PRIORITIES.into()),
         ("IDLE", IDLE.into()),
         ("FREE", FREE.into()),
-        ("AGE_WRONG", ticks_in(WRONG_MS)),
+        ("AGE_WRONG", age_wrong),
+        ("AGE_UNSENT", 1 + age_wrong / UNSENT_TICKS),
+        ("BEHIND", UNSENT_TICKS),
         ("LOOK", ticks_in(LOOK_MS)),
         ("SETTLE", ticks_in(SETTLE_MS)),
     ];
     let owned = |(name, value): (&str, i64)| (name.to_string(), value);
-    Ok(all.into_iter().map(owned).collect())
+    let masks = masks(columns, used);
+    Ok(all.into_iter().chain(masks).map(owned).collect())
+}
+
+/// Of both blocks of PIO, the machines at work, and what of FLEVEL waits to be sent by those of so
+/// many columns that have keys: the lower four of eight bits each.
+fn masks(columns: &Columns, used: u32) -> [(&'static str, i64); 4] {
+    let all = columns.columns.len() as u32;
+    let of = |columns: u32, block: u32, bits: &dyn Fn(u32) -> i64| {
+        let own = (0..columns).map(Columns::machine);
+        let own = own.filter(|[of, _]| *of == block);
+        own.fold(0, |mask, [_, number]| mask | bits(number))
+    };
+    let machine = |number: u32| 1_i64 << number;
+    let level = |number: u32| 0xf_i64 << (8 * number);
+    [
+        // The first machine of block 0 makes the frames.
+        ("MACHINES0", 1 | of(all, 0, &machine)),
+        ("MACHINES2", of(all, 2, &machine)),
+        ("LEVELS0", of(used, 0, &level)),
+        ("LEVELS2", of(used, 2, &level)),
+    ]
+}
+
+/// Those of a core's frame: its texts are not those of the start, and core 1 has an interrupt of
+/// its own.
+pub(super) fn frame_constants(board: &Board, core: usize) -> Vec<(&'static str, u32)> {
+    match (&board.columns, core) {
+        (None, _) => Vec::new(),
+        (Some(_), 0) => vec![("START", 0)],
+        (Some(_), _) => vec![("START", 0), ("CONVERTER_IRQ", INTERRUPT1)],
+    }
 }
 
 /// The channels of the DMA that take a column's words and send them.
@@ -116,8 +153,10 @@ fn sender(column: u32) -> u32 {
     2 + 2 * column
 }
 
-/// Each column's machine and channels, and what pins are, as assembly.
-pub(super) fn tables_as_assembly(columns: &Columns) -> String {
+/// Each column's machine and channels, its memory, and what pins are, as assembly.
+pub(super) fn tables_as_assembly(columns: &Columns, keys: &[u32]) -> String {
+    let used = Columns::columns_of(keys.iter().sum());
+    let of_core0 = Columns::columns_of(keys[0]);
     let mut text = String::from(
         "        .section .text.start, \"ax\"\n        .balign 4\n        .global machines, machines_end, pins, pins_end\nmachines:\n",
     );
@@ -130,21 +169,32 @@ pub(super) fn tables_as_assembly(columns: &Columns) -> String {
         let shared = |channel: u32, request: u32| 1 << 23 | request << 17 | channel << 13 | 1;
         let taken = shared(taker(column), request + 4) | 1 << 12 | RING_BITS << 8 | 1 << 6 | 1 << 2;
         let sent = shared(sender(column), request) | 6 << 8 | 1 << 4 | 2 << 2;
+        let memory = match column {
+            _ if column >= used => "0, 0".to_string(),
+            _ if column >= of_core0 => {
+                let own = column - of_core0;
+                format!("samples1 + ({own} << {RING_BITS}), codes1 + 64 * {own}")
+            }
+            _ => format!("samples + ({column} << {RING_BITS}), codes + 64 * {column}"),
+        };
         let _ = writeln!(
             text,
-            "        .word   PIO{block} + 0xc8 + 0x18 * {number}, PIO{block} + 0x10 + 4 * {number}, {led}, {taken}, {sent}"
+            "        .word   PIO{block} + 0xc8 + 0x18 * {number}, PIO{block} + 0x10 + 4 * {number}, {led}, {taken}, {sent}, {memory}"
         );
     }
     text.push_str("machines_end:\npins:\n");
-    // Pads of outputs are read too, as machines follow the select; what comes in is pulled down.
-    let mut pins = vec![(columns.enable, 5)];
-    pins.extend([columns.clock, columns.select, columns.command].map(|pin| (pin, 6)));
+    // Pads of outputs are read too, as machines follow the select; what comes in is pulled down,
+    // but for a line of faults, which is low where there is one.
+    let (down, up) = (0x56, 0x5a);
+    let mut pins = vec![(columns.enable, down, 5)];
+    pins.extend(columns.fault.map(|pin| (pin, up, 5)));
+    pins.extend([columns.clock, columns.select, columns.command].map(|pin| (pin, down, 6)));
     for (column, own) in (0..).zip(&columns.columns) {
         let [block, _] = Columns::machine(column);
-        pins.extend([own.to_dac, own.from_adc].map(|pin| (pin, 6 + block)));
+        pins.extend([own.to_dac, own.from_adc].map(|pin| (pin, down, 6 + block)));
     }
-    for (pin, function) in pins {
-        let _ = writeln!(text, "        .byte   {pin}, 0x56, {function}, 0");
+    for (pin, pad, function) in pins {
+        let _ = writeln!(text, "        .byte   {pin}, {pad}, {function}, 0");
     }
     text.push_str("pins_end:\n");
     text

@@ -1,7 +1,7 @@
 @ The start of columns of converters: state machines, converters, the DMA, pins. Called once, without interrupts.
 @
 @   enable low -> cores before the DMA at memory -> machines -> pins -> no force, ADC set up, reference -> DMA -> PWM -> words for 100 ms
-@   -> enable
+@   -> enable                                      then, once all keys have begun and core 1 waits: both cores take their ticks
         .syntax unified
         .thumb
 
@@ -11,23 +11,46 @@
         .global columns
 columns: .space 12
 
+@ What core 0 says of the next tick: its number, where the DMA comes to before it, the half of words for the DACs; then which half core 1
+@ writes in this one, how often in a row nothing new was said, and the last tick that it has finished.
+        .if     CORES > 1
+        .section .bss.near.core1.columns, "aw", %nobits
+        .balign 4
+        .global columns1
+columns1: .space 24
+        .endif
+
 @ Words of the ADCs, by the DMA alone: a ring for each column.
         .section .bss.ring, "aw", %nobits
         .balign 1 << RING_BITS
         .global samples
-samples: .space COLUMNS_USED << RING_BITS
+samples: .space COLUMNS0 << RING_BITS
+        .if     CORES > 1
+        .section .bss.core1.ring, "aw", %nobits
+        .balign 1 << RING_BITS
+        .global samples1
+samples1: .space (COLUMNS_USED - COLUMNS0) << RING_BITS
+        .endif
 
 @ Words for the DACs: two halves of eight for each column; a channel without a key has an idle word.
         .section .data.ring, "aw"
         .balign 64
         .global codes
 codes:
-        .rept   16 * COLUMNS_USED
+        .rept   16 * COLUMNS0
         .word   IDLE
         .endr
-codes_end:
 commands:                               @ of ADCs, in the upper half: the last frame begins the sequence anew
         .word   0, 0, 0, 0, 0, 0, 0, 0xa000 << 16
+        .if     CORES > 1
+        .section .data.core1.ring, "aw"
+        .balign 64
+        .global codes1
+codes1:
+        .rept   16 * (COLUMNS_USED - COLUMNS0)
+        .word   IDLE
+        .endr
+        .endif
 
         .section .text.start, "ax"
         .balign 4
@@ -118,7 +141,8 @@ start_machines:
         nop
         ldr     r3, =machines
         ldr     r4, =machines_end
-1:      ldmia   r3!, {r0, r1, r2, r5, r6}
+1:      ldmia   r3!, {r0, r1, r2}
+        adds    r3, #ROW - 12
         ldr     r7, =12 << 12 | 5 << 7
         str     r7, [r0, #4]
         movs    r7, #0
@@ -187,7 +211,7 @@ start_converters:
         ldr     r1, =machines_end
 2:      ldr     r2, [r0, #4]
         str     r6, [r2]                @ TXF
-        adds    r0, #20
+        adds    r0, #ROW
         cmp     r0, r1
         bne     2b
         ldr     r0, =PIO0
@@ -204,7 +228,7 @@ start_converters:
 5:      ldr     r4, [r2, #0x10]         @ RXF
         subs    r3, #1
         bne     5b
-        adds    r0, #20
+        adds    r0, #ROW
         cmp     r0, r1
         bne     4b
         pop     {r4-r7, pc}
@@ -217,27 +241,22 @@ start_dma:
         ldr     r4, =samples
         str     r4, [r7, #B_AT]
         ldr     r0, =DMA + 0x40
-        ldr     r5, =codes
         ldr     r3, =machines
-        ldr     r12, =machines + 20 * COLUMNS_USED
-1:      ldr     r1, [r3, #4]            @ TXF
-        ldr     r6, [r3, #12]
-        ldr     r7, [r3, #16]
-        str     r5, [r0, #0x40]         @ READ_ADDR
-        str     r1, [r0, #0x44]         @ WRITE_ADDR
+        ldr     r12, =machines + ROW * COLUMNS_USED
+1:      adds    r3, #4
+        ldmia   r3!, {r1, r2, r4-r7}    @ TXF, -, CTRL of both channels, ring, words
+        str     r6, [r0, #4]            @ WRITE_ADDR
+        str     r7, [r0, #0x40]         @ READ_ADDR
+        str     r1, [r0, #0x44]
         movs    r2, #8
         str     r2, [r0, #0x48]         @ TRANS_COUNT
-        str     r7, [r0, #0x50]         @ CTRL, without a start
+        str     r5, [r0, #0x50]         @ CTRL, without a start
         adds    r1, #0x10               @ RXF
         str     r1, [r0]
-        str     r4, [r0, #4]
         ldr     r2, =0xf0000001
         str     r2, [r0, #8]
-        str     r6, [r0, #0xc]          @ CTRL_TRIG
+        str     r4, [r0, #0xc]          @ CTRL_TRIG
         adds    r0, #0x80
-        adds    r5, #64
-        add     r4, r4, #1 << RING_BITS
-        adds    r3, #20
         cmp     r3, r12
         bne     1b
         ldr     r0, =DMA
@@ -250,7 +269,7 @@ start_dma:
         str     r1, [r0, #0xc]          @ words, the read address goes round
         pop     {r4-r7, pc}
 
-@ Both slices begin in one cycle: the eighth wrap of one and the words behind it are a wrap of the other.
+@ All slices begin in one cycle: the eighth wrap of one and the words behind it are a wrap of the other, and of core 1's.
 start_slices:
         ldr     r0, =PWM + 20 * PACE_SLICE
         movs    r1, #16
@@ -263,12 +282,18 @@ start_slices:
         str     r1, [r0, #4]
         ldr     r2, =PERIOD - WORDS_STORED
         str     r2, [r0, #8]
-        ldr     r2, =PERIOD - 1
-        str     r2, [r0, #0x10]
+        ldr     r3, =PERIOD - 1
+        str     r3, [r0, #0x10]
+        .if     CORES > 1
+        ldr     r0, =PWM + 20 * TICK_SLICE1
+        str     r1, [r0, #4]
+        str     r2, [r0, #8]
+        str     r3, [r0, #0x10]
+        .endif
         ldr     r0, =PWM
         ldr     r1, =1 << TICK_SLICE
         str     r1, [r0, #0xf8]         @ IRQ0_INTE
-        ldr     r1, =1 << TICK_SLICE | 1 << PACE_SLICE
+        ldr     r1, =1 << TICK_SLICE | 1 << PACE_SLICE | (CORES - 1) << TICK_SLICE1
         str     r1, [r0, #0xf0]         @ EN
         bx      lr
 
@@ -295,6 +320,9 @@ look:   push    {r4, lr}
 2:      ldr     r0, [r1, #0xf4]         @ INTR
         lsls    r0, r0, #31 - TICK_SLICE
         bpl     2b
+        movs    r0, #10                 @ as long as an exception's entry, and more: words come meanwhile
+3:      subs    r0, #1
+        bne     3b
         bl      board_begin
         ldr     r0, =board_feed         @ in RAM
         blx     r0
@@ -304,6 +332,39 @@ look:   push    {r4, lr}
         bne     1b
         pop     {r0}
         pop     {r4, pc}
+
+@ This core takes the interrupt of a tick from now on. Called once by each core, by core 1 first: its interrupts come when core 0 takes
+@ its own, so that both begin with one tick, which the one before has prepared. Ticks send at their beginning, so the first one is on time.
+        .global board_listen
+        .type   board_listen, %function
+board_listen:
+        ldr     r1, =0xe000e100
+        .if     CORES > 1
+        ldr     r0, =0xd0000000
+        ldr     r0, [r0]                @ SIO: number of this core
+        cmp     r0, #0
+        beq     1f
+        mov     r0, #1 << INTERRUPT1
+        str     r0, [r1]                @ NVIC_ISER
+        bx      lr
+1:      push    {r4-r7, lr}
+        movs    r0, #1
+        bl      look
+        bl      board_end
+        pop     {r4-r7, lr}
+        ldr     r1, =0xe000e100
+        .endif
+        ldr     r2, =PWM
+        mov     r3, #1 << TICK_SLICE | (CORES - 1) << TICK_SLICE1
+        mov     r0, #1 << CONVERTER_IRQ
+        str     r3, [r2, #0xf4]         @ INTR
+        str     r0, [r1, #0x180]        @ NVIC_ICPR
+        str     r0, [r1]
+        .if     CORES > 1
+        mov     r3, #1 << TICK_SLICE1
+        str     r3, [r2, #0x104]        @ IRQ1_INTE
+        .endif
+        bx      lr
         .ltorg
 
 @ Outputs go to their safe state, at once and for good: the amplifiers are off; then no force in all words that are sent, and they are
@@ -316,12 +377,20 @@ board_off:
         ldr     r1, =1 << PIN_ENABLE
         str     r1, [r0, #0x20]         @ SIO: GPIO_OUT_CLR
         ldr     r0, =codes
-        ldr     r1, =codes_end
+        ldr     r1, =codes + 64 * COLUMNS0
         ldr     r2, =FREE
 1:      str     r2, [r0]
         adds    r0, #4
         cmp     r0, r1
         bne     1b
+        .if     CORES > 1
+        ldr     r0, =codes1
+        ldr     r1, =codes1 + 64 * (COLUMNS_USED - COLUMNS0)
+2:      str     r2, [r0]
+        adds    r0, #4
+        cmp     r0, r1
+        bne     2b
+        .endif
         ldr     r0, =DMA + 0x450
         ldr     r1, =SENDERS
         str     r1, [r0]                @ MULTI_CHAN_TRIGGER

@@ -37,6 +37,8 @@ pub enum FirmwareError {
     BenchKeys(u32, u32),
     /// So many keys are wanted, and the board's columns have so many.
     ColumnsKeys(u32, u32),
+    /// Core 0 has so many keys, which are no whole columns.
+    ColumnsDivided(u32),
     /// The board has keys on its pins, and the instrument is none of a key.
     BenchPorts,
     /// The board makes voltages, and the device does not say what its coil is.
@@ -97,6 +99,7 @@ impl fmt::Display for FirmwareError {
             | FirmwareError::Knobs(..)
             | FirmwareError::BenchKeys(..)
             | FirmwareError::ColumnsKeys(..)
+            | FirmwareError::ColumnsDivided(_)
             | FirmwareError::BenchPorts
             | FirmwareError::NoCoil
             | FirmwareError::Coil(_) => self.tell_of_parts(f),
@@ -135,6 +138,10 @@ impl FirmwareError {
                 f,
                 "{wanted} keys on a board whose [columns] have pins for {has}: give it `--keys {has}` \
                  or fewer"
+            ),
+            Self::ColumnsDivided(keys) => write!(
+                f,
+                "core 0 has {keys} keys, and each core has whole columns of eight"
             ),
             Self::BenchPorts => f.write_str(
                 "the board has keys on its pins, and the instrument has other ports than a key: \

@@ -39,6 +39,8 @@ pub struct FirmwareImage {
     pub passes_midi: bool,
     /// Whether its start lets the cores go before a DMA wherever both want memory.
     pub yields_dma: bool,
+    /// Whether its cores play columns of converters, of which core 0 says to core 1 what is new.
+    pub has_columns: bool,
 }
 
 impl FirmwareImage {
@@ -66,6 +68,13 @@ impl FirmwareImage {
             true => running.visits_monitored,
             false if self.passes_midi => running.visits + running.visits_passing,
             false => running.visits,
+        };
+        // The alarm once more; the next tick in three words, and the last one that is finished. In
+        // each of two ticks.
+        let own = match (self.has_columns, core) {
+            (false, _) => own,
+            (true, CoreId(0)) => own + 2,
+            (true, _) => own + 2 * (3 + 1),
         };
         match core {
             // Head and tail of the ring of each further zone, in two rounds.
@@ -206,6 +215,7 @@ pub fn build_divided(
         monitored: setup.monitor.is_some(),
         passes_midi: setup.passes_midi,
         yields_dma: support.yields_dma(),
+        has_columns: board.columns.is_some() && setup.keys.len() > 1,
     })
 }
 

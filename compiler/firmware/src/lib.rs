@@ -55,7 +55,8 @@ pub use knob::Coil;
 pub use monitor::{CAPTURED_MAX, Fact, Monitor, PROTOCOL, image_identity, monitor_identity};
 pub use objects::{frame_constants, objects, sources};
 pub use offsets::{
-    FAULTS, Fault, bench_block, captured, core_block, key_guard, knob_block, passed, status,
+    FAULTS, Fault, bench_block, captured, columns_handed, core_block, key_guard, knob_block,
+    passed, status,
 };
 pub use own::{OwnText, OwnTexts, UnknownText, all_texts, text_name};
 pub use parts::{

@@ -101,7 +101,9 @@ pub fn frame_constants(setup: &Setup, board: &Support, core: usize) -> BTreeMap<
         ("STACK", board.board.stacks[core]),
         ("CORE", core as u32),
     ];
+    let of_columns = columns::frame_constants(board.board, core);
     all.into_iter()
+        .chain(of_columns)
         .map(|(name, value)| (name.to_string(), value.into()))
         .collect()
 }
@@ -141,7 +143,7 @@ fn tables(
     let of_bench = |own| bench::tables_as_assembly(own, keys);
     texts.extend(board.board.bench.iter().map(of_bench));
     let of_columns = board.board.columns.iter();
-    texts.extend(of_columns.map(columns::tables_as_assembly));
+    texts.extend(of_columns.map(|own| columns::tables_as_assembly(own, &setup.keys)));
     let channels = sound::channels(programs);
     if channels > 0 {
         for (number, program) in programs.iter().enumerate() {

@@ -140,6 +140,15 @@ offsets! {
         AGE = 8, "Ticks in a row without words that are new and whole.";
         CURRENTS = 16, "The current that each coil has at the end of the tick, in drive words.";
     }
+    /// Offsets in what the cores of columns say to each other (bytes).
+    columns_handed, "D_" {
+        NEXT = 0, "By core 0: the number of the next tick.";
+        AT = 4, "Where the DMA comes to before its words.";
+        HALF = 8, "The half of words for DACs that it writes, 0 or 32.";
+        OWN_HALF = 12, "The half that core 1 writes in its tick.";
+        AGE = 16, "Ticks in a row in which nothing new was said.";
+        DONE = 20, "By core 1: the number of the last tick that it has finished.";
+    }
     /// Offsets in the table of the status (bytes).
     status, "S_" {
         FAULTS = 8, "Faults of the processor.";
@@ -195,14 +204,15 @@ pub const FAULTS: &[Fault] = &[
     Fault {
         bit: 32,
         name: "FAULT_DRIVER",
-        what: "a driver told of a fault, a knob's or a bridge: it is disabled until the next start, \
-               and so are all bridges",
+        what: "a driver told of a fault, a knob's, a bridge or an amplifier: it is disabled until the \
+               next start, and so are all bridges and amplifiers",
     },
     Fault {
         bit: 64,
         name: "FAULT_SENSOR",
         what: "a knob's sensor had no magnet, or no word that can be for 10 ms, or an ADC \
-               of keys had no words for 10 ms: drivers are disabled until the next start",
+               of keys had no words for 10 ms, or DACs got none in eight ticks, as a core stood \
+               still: drivers are disabled until the next start",
     },
     Fault {
         bit: 128,
@@ -227,6 +237,7 @@ pub(super) fn assembly_constants() -> BTreeMap<String, i64> {
         passed::ALL,
         knob_block::ALL,
         bench_block::ALL,
+        columns_handed::ALL,
         &[("WATCHDOG_US", WATCHDOG_US)],
         monitor::CONSTANTS,
     ];

@@ -52,18 +52,12 @@ board_serial_send:
 @ Once, at the start.
         .section .text.start, "ax"
 
-@ This core takes the interrupt of a tick from now on. Called once by each core.
+@ This core takes the interrupt of a tick from now on. Called once by each core. (Columns have one of their own.)
+        .ifdef  COLUMNS_USED
+        .else
         .global board_listen
         .type   board_listen, %function
 board_listen:
-        .ifdef  COLUMNS_USED            @ ticks send at their beginning: the first one shall not be late
-        ldr     r1, =PWM + 0xf4
-        ldr     r0, =1 << TICK_SLICE
-        str     r0, [r1]                @ INTR
-        ldr     r1, =0xe000e280 + 4 * (CONVERTER_IRQ / 32)
-        ldr     r0, =1 << (CONVERTER_IRQ % 32)
-        str     r0, [r1]                @ NVIC_ICPR
-        .endif
         ldr     r1, =0xe000e100 + 4 * (CONVERTER_IRQ / 32)
         ldr     r0, =1 << (CONVERTER_IRQ % 32)
         str     r0, [r1]                @ NVIC_ISER
@@ -77,6 +71,7 @@ board_listen:
         str     r1, [r0]                @ CTRL, set: this core serves
         .endif
         bx      lr
+        .endif
 
 @ UART0 on GPIO 0 and 1, its clock divided by 16 and by UART_DIVISOR and 64ths of UART_FRACTION: 31250 baud, or the monitor's. It leaves
 @ its reset only where clk_peri runs.

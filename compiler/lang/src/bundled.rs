@@ -14,6 +14,7 @@ pub const BOARDS: &[&str] = &[
     "rp2040",
     "rp2350",
     "rp2350_columns",
+    "rp2350_seven_columns",
     "rp2350b_bench",
     "stm32f4",
 ];

@@ -40,6 +40,10 @@ pub(super) fn columns(entries: &Entries) -> Result<Option<Columns>, FileError> {
         select: number("columns.select")?,
         command: number("columns.command")?,
         enable: number("columns.enable")?,
+        fault: entries
+            .find("columns.fault")
+            .map(|_| number("columns.fault"))
+            .transpose()?,
         columns: pins.map(column).collect(),
         range: one_of(entries, "columns.range", &ranges)?,
         pulls_down: one_of(entries, "columns.higher_code", DIRECTIONS)?,

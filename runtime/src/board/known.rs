@@ -50,6 +50,7 @@ pub(super) const KEYS: &[Known] = &[
     ("columns.select", "3"),
     ("columns.command", "4"),
     ("columns.enable", "5"),
+    ("columns.fault", "28"),
     ("columns.to_dac", "6 8 10"),
     ("columns.from_adc", "7 9 11"),
     ("columns.adc", "ADS8688"),

@@ -71,6 +71,7 @@ fn waits_at(word: u16, at: u32, r0: [u32; 2]) -> Result<u16, UnknownTime> {
         contenders: vec![0b10_1111_0000],
         remote_accesses: 0,
         dma: None,
+        neighbour: None,
     };
     let lies = Lies {
         code: 0b1111,
