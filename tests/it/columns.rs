@@ -175,12 +175,12 @@ fn columns_that_cannot_be_are_refused_with_their_line() {
             "must be pin 3, the one behind",
         ),
         (
-            changed("enable   = \"5\"", "enable = \"5\"\nfault = \"9\""),
+            changed("# fault  = \"28\"", "fault = \"9\""),
             "from_adc",
             "has pin 9, which `columns.fault` has too",
         ),
         (
-            changed("enable   = \"5\"", "enable = \"5\"\nfault = \"20\""),
+            changed("# fault  = \"28\"", "fault = \"20\""),
             "data  = \"20\"",
             "has pin 20, which `columns.fault` has too",
         ),

@@ -31,9 +31,6 @@ const UPDATE_CYCLES: u32 = 289;
 /// and of the program, and what seven channels of the DMA wait for each other (an estimate, which
 /// tests hold against the emulated chip).
 const STORED_CYCLES: u32 = 41;
-/// Cycles from the interrupt of a tick until it looks where the DMA has come to, at least: what the
-/// exception saves, and then the handler.
-const LOOKS_CYCLES: u32 = 16;
 /// Cycles between two ticks: frames of 425 cycles and more, and counters of 16 bits.
 const PERIODS: [u32; 2] = [3400, 65_528];
 /// What of the loop's delay lies in the parts (ns): the low-pass before the ADC (15 kHz), and the
@@ -111,10 +108,10 @@ impl Columns {
         self.period_cycles / CONVERSIONS
     }
 
-    /// Cycles from the wrap that asks for the last frame to the interrupt of the tick that finds
-    /// its words in memory.
+    /// Cycles from the wrap that asks for a frame until its words lie in memory. Then the tick may
+    /// begin: code of a core goes before the DMA.
     pub fn stored_cycles() -> u32 {
-        SELECT_CYCLES + UPDATE_CYCLES + STORED_CYCLES - LOOKS_CYCLES
+        SELECT_CYCLES + UPDATE_CYCLES + STORED_CYCLES
     }
 
     /// Cycles from the sample of any key to the DAC's update by the tick that has it: from the

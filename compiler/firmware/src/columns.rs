@@ -32,7 +32,7 @@ const IDLE: u32 = 0x0100_0000;
 const FREE: u32 = 0x03f8_0000;
 /// Cycles from the wrap of the ticks to the select's fall of the next frame 0, less those that the
 /// DMA needs to bring the first word of every column there: so late may a tick send.
-const LATE: u32 = 96;
+const LATE: u32 = 80;
 /// The slice of PWM that counts ticks for core 1, and its interrupt (PWM_IRQ_WRAP_1): what one core
 /// clears in a slice is gone for both.
 const TICK_SLICE1: u32 = 10;

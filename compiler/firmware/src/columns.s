@@ -17,10 +17,8 @@
         .type   board_begin, %function
 board_begin:
         .if     CORE == 0
-        ldr     r4, =PWM
-        mov     r0, #1 << TICK_SLICE
-        str     r0, [r4, #0xf4]         @ INTR
         ldr     r3, =PIO0
+        ldr     r4, =PWM
         ldr     r1, =DMA
         ldr     r3, [r3, #0xc]          @ FLEVEL
         ldr     r5, =LEVELS0
@@ -47,6 +45,8 @@ board_begin:
         cmp     r2, #LATE
         it      ls
         strls   r0, [r1, #0x450]        @ MULTI_CHAN_TRIGGER
+        mov     r0, #1 << TICK_SLICE
+        str     r0, [r4, #0xf4]         @ INTR
         ldr     r3, [r1, #0x44]         @ WRITE_ADDR of channel 1: column 0
         movs    r5, #0
         .set    NTH, 1
