@@ -79,12 +79,12 @@ mod tests {
         assert_eq!(
             DEVICE.absent("miky".as_ref()),
             "there is no device `miky`; did you mean `mikey`?\n\
-             devices are chain, gimbal, knob, mikey, mouse, pad, touch, voice_coil; docs/how-to/device.md says how to write a file of your own"
+             devices are chain, column_coil, gimbal, knob, mikey, mouse, pad, touch, voice_coil; docs/how-to/device.md says how to write a file of your own"
         );
         assert_eq!(
             BOARD.absent("boards/rp235.toml".as_ref()),
             "there is no file `boards/rp235.toml`; did you mean `rp2350`?\n\
-             boards are pico2_four_knobs, pico2_knob, pico2_strings, pico2_two_knobs, rp2040, rp2350, rp2350b_bench, stm32f4; docs/build.md, under Boards, says how to write a file of your own"
+             boards are pico2_four_knobs, pico2_knob, pico2_strings, pico2_two_knobs, rp2040, rp2350, rp2350_columns, rp2350b_bench, stm32f4; docs/build.md, under Boards, says how to write a file of your own"
         );
     }
 

@@ -101,6 +101,7 @@ pub const DEVICES: &[Text] = texts! {
     "pad"
     "mouse"
     "voice_coil"
+    "column_coil"
 };
 
 /// Values for several parameters at once, by names without an ending.

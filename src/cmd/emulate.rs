@@ -233,7 +233,7 @@ Examples:
   whippen emulate keys.elf --board rp2350 --bench rp2350b_bench --motion press.csv --out keys.csv --heard keys.wav
 
   # Keys at columns of converters.
-  whippen build instruments/grand-piano.whip --board rp2350_columns --keys 16 --device voice_coil --tick-rate 150MHz/3400 -o columns.elf
+  whippen build instruments/grand-piano.whip --board rp2350_columns --keys 16 --device column_coil --tick-rate 150MHz/3400 -o columns.elf
   whippen emulate columns.elf --board rp2350 --columns rp2350_columns --motion press.csv --pressed 1,9 --out columns.csv
 
   # A keyboard with `build --monitor`, and whippen monitor at its serial port.

@@ -8,7 +8,7 @@ const SPRING: &str = concat!(
     "/instruments/virtual-spring.whip"
 );
 const RATE: [&str; 2] = ["--tick-rate", "150MHz/3400"];
-const ON: [&str; 4] = ["--board", "rp2350_columns", "--device", "voice_coil"];
+const ON: [&str; 4] = ["--board", "rp2350_columns", "--device", "column_coil"];
 
 #[test]
 fn wiring_of_columns_and_latency_are_told_and_keys_are_pressed() {

@@ -82,7 +82,7 @@ fn a_device_is_named_or_given_as_a_file_in_every_command() {
         let refuses = |device: &str, says: &[&str]| {
             shell.refuses(2, &words(command, &["dial.whip", "--device", device]), says);
         };
-        let known = "devices are chain, gimbal, knob, mikey, mouse, pad, touch, voice_coil; docs/how-to/device.md says how";
+        let known = "devices are chain, column_coil, gimbal, knob, mikey, mouse, pad, touch, voice_coil; docs/how-to/device.md says how";
         refuses(
             "knobb",
             &["there is no device `knobb`; did you mean `knob`?", known],

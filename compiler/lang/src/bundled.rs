@@ -21,6 +21,7 @@ pub const BOARDS: &[&str] = &[
 /// The devices that a keyboard may name, likewise.
 pub const DEVICES: &[&str] = &[
     "chain",
+    "column_coil",
     "gimbal",
     "knob",
     "mikey",

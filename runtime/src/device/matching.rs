@@ -209,7 +209,8 @@ mod tests {
                 "touch: x y z tilt",
                 "pad: across height push",
                 "mouse: across height",
-                "voice_coil: "
+                "voice_coil: ",
+                "column_coil: "
             ]
         );
     }

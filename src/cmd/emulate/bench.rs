@@ -52,7 +52,7 @@ impl WiredBench {
         let device = device::named(named.unwrap_or(OsStr::new("voice_coil")));
         let device = device.map_err(Failure::Usage)?;
         let clock_hz = f64::from(machine.board().clock_hz);
-        let parts = key_parts(&device, clock_hz, f64::from(bench.supply_mv) / 1e3)
+        let parts = bridge_parts(&device, clock_hz, f64::from(bench.supply_mv) / 1e3)
             .ok_or_else(|| Failure::Usage(unknown_key(&device)))?;
         let keys = bench.sensors.len();
         if let Some(key) = args.pressed.iter().find(|key| **key >= keys) {
@@ -141,25 +141,37 @@ impl WiredBench {
 pub fn unknown_key(device: &Device) -> String {
     format!(
         "the device `{}` does not say what a key with a coil is: it moves along, and has `[motor]` with `arm`, \
-         `[mechanics]` with stops, `drive.resistance` and `drive.inductance`",
+         `[mechanics]` with stops, and on a bridge `drive.resistance` and `drive.inductance`",
         device.name
     )
 }
 
-/// The parts of a key, of a device that says all of them.
-pub fn key_parts(device: &Device, clock_hz: f64, supply_v: f64) -> Option<KeyParts> {
+/// The parts of a key on a bridge, of a device that says all of them.
+fn bridge_parts(device: &Device, clock_hz: f64, supply_v: f64) -> Option<KeyParts> {
+    let parts = key_parts(device, clock_hz)?;
+    let winding = device.drive().winding?;
+    Some(KeyParts {
+        supply_v,
+        resistance_ohm: winding.resistance_ohm,
+        inductance_h: winding.inductance_h,
+        ..parts
+    })
+}
+
+/// The parts of a key but for its bridge and winding, of a device that says all of them.
+pub fn key_parts(device: &Device, clock_hz: f64) -> Option<KeyParts> {
     let [port] = &device.ports[..] else {
         return None;
     };
     let drive = port.drive.as_ref()?;
-    let (mechanics, winding) = (port.mechanics?, drive.winding?);
+    let mechanics = port.mechanics?;
     let (motor, stops) = (device.motor?, mechanics.stops?);
     (port.moves != Moves::Turns).then_some(KeyParts {
         clock_hz,
-        supply_v,
+        supply_v: 0.0,
         trip_a: TRIP_A,
-        resistance_ohm: winding.resistance_ohm,
-        inductance_h: winding.inductance_h,
+        resistance_ohm: 1.0,
+        inductance_h: 1.0,
         force_n_per_a: drive.full_scale / motor.peak_a,
         mass_kg: mechanics.mass,
         damping_n_s_m: mechanics.damping,

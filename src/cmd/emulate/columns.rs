@@ -54,7 +54,7 @@ impl WiredColumns {
         columns: &board::Columns,
     ) -> Result<WiredColumns, Failure> {
         let named = args.device.as_deref();
-        let device = device::named(named.unwrap_or(OsStr::new("voice_coil")));
+        let device = device::named(named.unwrap_or(OsStr::new("column_coil")));
         let device = device.map_err(Failure::Usage)?;
         let clock_hz = f64::from(machine.board().clock_hz);
         let parts = parts(&device, clock_hz, columns);
@@ -185,8 +185,7 @@ fn wire(machine: &mut Machine, columns: &board::Columns) -> DeviceId {
 
 /// The parts of keys, of a device that says all of them.
 fn parts(device: &Device, clock_hz: f64, columns: &board::Columns) -> Option<ColumnKeyParts> {
-    // Of the supply nothing is used.
-    let key = key_parts(device, clock_hz, 0.0)?;
+    let key = key_parts(device, clock_hz)?;
     let peak_a = device.motor?.peak_a;
     let [low, high] = columns.range.ends_mv.map(|mv| f64::from(mv) / 1e3);
     Some(ColumnKeyParts {

@@ -27,7 +27,7 @@ pub struct PartArgs {
     #[command(flatten)]
     pub on: OnPins,
     /// What moves and drives: winding, constant of the motor, what turns or goes down [default:
-    /// gimbal of a knob, voice_coil of keys]
+    /// gimbal of a knob, voice_coil of a bench, column_coil of columns]
     #[arg(long, value_name = "NAME|FILE.toml", requires = "on_pins", value_hint = ValueHint::FilePath)]
     pub device: Option<OsString>,
     /// Where a hand or a finger is, once the image has ticks: a table such as t_s,angle_deg from
