@@ -191,8 +191,9 @@ fn audited(whole: &FirmwareImage, board: &Board, rate_hz: Rate, bounds: &[Vec<Bo
         assert_eq!(checked.key, bound.key_cycles_max());
         assert_eq!(checked.stack, bound.stack_bytes_max);
     }
-    // In a row of zones, a call that ticks a key less, or costs what another function does, or never
-    // comes. (Elsewhere a call may be on no longest path: then what is claimed of it changes nothing.)
+    // In a row of zones, a call that ticks a key less, or costs what another function does, or
+    // never comes. (Elsewhere one may be on no longest path, and what is claimed of it changes
+    // nothing.)
     let mut function = "";
     for (at, line) in text.lines().enumerate() {
         function = line.strip_prefix("function ").unwrap_or(function);
