@@ -82,7 +82,7 @@ pub struct Certificate {
     pub kernels: u64,
     /// Where vectors lead that nobody uses.
     pub dead: u32,
-    /// Indirect branches, and where they may go.
+    /// Indirect branches by address, and where they may go.
     pub targets: Vec<(u32, Vec<u32>)>,
     /// The frame of each core, while each program plays.
     pub frames: Vec<Frame>,
@@ -242,7 +242,9 @@ impl Certificate {
             .targets
             .iter()
             .flat_map(|(at, to)| to.iter().chain([at]));
-        let twice = !distinct(self.targets.iter().map(|(at, _)| at))
+        // They are looked up by address.
+        let mut pairs = self.targets.windows(2);
+        let twice = pairs.any(|pair| pair[0].0 >= pair[1].0)
             || self.targets.iter().any(|(_, to)| !distinct(to.iter()));
         if twice || targets.clone().any(|at| at & 1 != 0) {
             return Err("a branch has targets that are none");
