@@ -219,9 +219,8 @@ fn distinct<T: Ord>(all: impl Iterator<Item = T>) -> bool {
 }
 
 impl Certificate {
-    /// That nothing is said twice, memories and buses lie apart, a DMA uses one of
-    /// these, and every core has a frame for
-    /// every program.
+    /// That nothing is said twice, memories and buses lie apart, a DMA uses one of these, and every
+    /// core has a frame for every program.
     pub(crate) fn is_well_formed(&self) -> Result<(), &'static str> {
         let memories = self.memories.iter().map(|own| (own.base, own.size));
         let mut ranges: Vec<_> = memories
