@@ -25,9 +25,9 @@ pub type Banks = u32;
 #[derive(Debug, Clone)]
 pub struct Around<'a> {
     pub(crate) elf: &'a Elf,
-    certificate: &'a Certificate,
+    pub(crate) certificate: &'a Certificate,
     /// Which core.
-    core: u32,
+    pub(crate) core: u32,
     /// Banks of its code, of its data, of its stack.
     pub(crate) code: Banks,
     data: Banks,
@@ -192,13 +192,10 @@ impl<'a> Around<'a> {
 
     /// Where the stack of a core ends: the first word of its vectors.
     pub(crate) fn stack_end(&self, core: u32) -> Result<u32, Refusal> {
-        let frame = self
+        let end = self
             .certificate
-            .frames
-            .iter()
-            .find(|frame| frame.core == core);
-        let end = frame
-            .and_then(|frame| self.elf.word(frame.vectors))
+            .vectors(core)
+            .and_then(|vectors| self.elf.word(vectors))
             .filter(|end| *end >= 4);
         end.ok_or_else(|| Refusal::new(format!("core {core} has no table of vectors")))
     }
