@@ -21,4 +21,4 @@ pub use capture::{Capture, CapturedRow, CapturedRows, Trigger, capture_room, row
 pub use client::{Client, Facts, Link, MonitorError};
 pub use frame::{decode, encode};
 pub use replay::{Difference, Replay};
-pub use status::{BoardMemory, CoreStatus, Status, read_status};
+pub use status::{BoardMemory, BoardWrite, CoreStatus, Status, read_status};

@@ -5,7 +5,7 @@
 //!   program and options of the build --> the same image, names, places --.
 //!   port -> Client ------------------------------------------------------+--> status, values, cells
 //!                                                                        `--> capture --jit--> trace, page
-//!   image.elf, OpenOCD ------------------------------------------------------> status
+//!   image.elf, OpenOCD or a debug probe -------------------------------------> status
 //! ```
 //!
 //! Nothing here halts a board.
@@ -14,6 +14,8 @@ mod board;
 mod capturing;
 mod osc;
 mod port;
+#[cfg(feature = "probe")]
+mod probe;
 mod told;
 
 use std::path::{Path, PathBuf};
@@ -23,7 +25,6 @@ use std::time::Duration;
 use whippen_compiler::firmware::Fact;
 use whippen_emulator::elf::Elf;
 use whippen_runtime::files::{self, InputKind};
-use whippen_runtime::monitor::openocd::OpenOcd;
 use whippen_runtime::monitor::{Client, Link, MonitorError, Status, read_status};
 
 use self::board::{KnownBoard, name_and_value};
@@ -43,7 +44,8 @@ use crate::say::{self, say};
     after_help = "Give it the files and options of `whippen build --monitor`: it makes the same image, and knows by it where everything lies.\n\
                   Example: whippen monitor instruments/grand-piano.whip --port /dev/ttyUSB0\n\
                   Example: whippen monitor instruments/grand-piano.whip --port /dev/ttyUSB0 --capture 40 --trigger x:4mm --out strike.csv --report strike.html\n\
-                  Example: whippen monitor piano.elf --openocd localhost:6666 --watch 1"
+                  Example: whippen monitor piano.elf --openocd localhost:6666 --watch 1\n\
+                  Example: whippen monitor piano.elf --probe"
 )]
 pub struct Args {
     #[command(flatten)]
@@ -113,16 +115,12 @@ fn of_image(args: &Args, path: &Path) -> Outcome {
     let at =
         status.map_err(|_| wrong("has no `status`: it is no image of `whippen build`".into()))?;
     let at = at.address;
-    match &args.port.openocd {
-        Some(address) => {
-            let stream = port::connect("--openocd", address)?;
-            let patience = Duration::from_secs_f64(args.patience);
-            let set = stream.set_read_timeout(Some(patience));
-            set.map_err(|e| Failure::Usage(format!("--openocd {address}: {e}")))?;
-            let mut board = OpenOcd::new(stream);
+    let patience = Duration::from_secs_f64(args.patience);
+    match args.port.debugged(elf.arch, patience)? {
+        Some(mut board) => {
             let look = || {
                 Ok(Look {
-                    status: read_status(&mut board, at)?,
+                    status: read_status(&mut *board, at)?,
                     lost_answers: None,
                 })
             };
@@ -138,9 +136,9 @@ fn of_image(args: &Args, path: &Path) -> Outcome {
 
 /// Everything, of an image whose program is at hand.
 fn of_program(args: &Args) -> Outcome {
-    if let Some(address) = &args.port.openocd {
+    if let Some(option) = args.port.debugger() {
         let why = "wants the image, an .elf, in place of the program's files";
-        return Err(Failure::Usage(format!("--openocd {address} {why}")));
+        return Err(Failure::Usage(format!("{option} {why}")));
     }
     let opened = args.setup.open()?;
     let setup = args.setup.all_programs(&opened)?;
