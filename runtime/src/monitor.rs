@@ -10,6 +10,7 @@
 //!
 //! Not here: which port, and the command line.
 
+mod align;
 mod capture;
 mod client;
 mod frame;
@@ -17,6 +18,7 @@ pub mod openocd;
 mod replay;
 mod status;
 
+pub use align::{align, align_by_mailbox};
 pub use capture::{Capture, CapturedRow, CapturedRows, Trigger, capture_room, rows_of};
 pub use client::{Client, Facts, Link, MonitorError};
 pub use frame::{decode, encode};

@@ -25,7 +25,9 @@ use std::time::Duration;
 use whippen_compiler::firmware::Fact;
 use whippen_emulator::elf::Elf;
 use whippen_runtime::files::{self, InputKind};
-use whippen_runtime::monitor::{Client, Link, MonitorError, Status, read_status};
+use whippen_runtime::monitor::{
+    Client, Link, MonitorError, Status, align, align_by_mailbox, read_status,
+};
 
 use self::board::{KnownBoard, name_and_value};
 use self::capturing::CaptureArgs;
@@ -45,7 +47,7 @@ use crate::say::{self, say};
                   Example: whippen monitor instruments/grand-piano.whip --port /dev/ttyUSB0\n\
                   Example: whippen monitor instruments/grand-piano.whip --port /dev/ttyUSB0 --capture 40 --trigger x:4mm --out strike.csv --report strike.html\n\
                   Example: whippen monitor piano.elf --openocd localhost:6666 --watch 1\n\
-                  Example: whippen monitor piano.elf --probe"
+                  Example: whippen monitor knob.elf --probe --align"
 )]
 pub struct Args {
     #[command(flatten)]
@@ -58,6 +60,9 @@ pub struct Args {
     /// Have this program play, by its name or number
     #[arg(long, value_name = "PROGRAM")]
     play: Option<String>,
+    /// Have a knob find its motor anew: its chip starts again, and the knob moves by itself
+    #[arg(long)]
+    align: bool,
     /// Read what a key remembers, such as 40.phi: keys are counted from 0
     #[arg(long, value_name = "KEY.NAME,..", value_delimiter = ',')]
     read: Vec<String>,
@@ -76,6 +81,9 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// How long a board may take until it plays again: a knob that finds its motor takes a second.
+const STARTING: Duration = Duration::from_secs(20);
 
 /// Runs the command.
 pub fn run(mut args: Args) -> Outcome {
@@ -115,9 +123,15 @@ fn of_image(args: &Args, path: &Path) -> Outcome {
     let at =
         status.map_err(|_| wrong("has no `status`: it is no image of `whippen build`".into()))?;
     let at = at.address;
+    let find = |name: &str| elf.symbols.named(name).ok().map(|symbol| symbol.address);
+    let mailbox = to_align(args, find)?;
     let patience = Duration::from_secs_f64(args.patience);
     match args.port.debugged(elf.arch, patience)? {
         Some(mut board) => {
+            if let Some(mailbox) = mailbox {
+                let asked = align_by_mailbox(&mut *board, mailbox, at, STARTING);
+                aligned(args, asked)?;
+            }
             let look = || {
                 Ok(Look {
                     status: read_status(&mut *board, at)?,
@@ -129,6 +143,9 @@ fn of_image(args: &Args, path: &Path) -> Outcome {
         None => {
             let mut client = args.client()?;
             client.identify().map_err(failure)?;
+            if mailbox.is_some() {
+                aligned(args, align(&mut client, at, STARTING))?;
+            }
             watched(args, || look(&mut client, at), None)
         }
     }
@@ -144,10 +161,14 @@ fn of_program(args: &Args) -> Outcome {
     let setup = args.setup.all_programs(&opened)?;
     let known = KnownBoard::new(&setup, &opened.sources)?;
     args.capture.check(&known)?;
+    let mailbox = to_align(args, |name| known.symbol(name))?;
     let mut client = args.client()?;
     let facts = client.identify().map_err(failure)?;
     known.check(&facts).map_err(failure)?;
     let at = facts.word(Fact::Status);
+    if mailbox.is_some() {
+        aligned(args, align(&mut client, at, STARTING))?;
+    }
     if let Some(program) = &args.play {
         client.play(known.program(program)?).map_err(failure)?;
     }
@@ -178,6 +199,28 @@ impl Args {
         let line = self.port.open(self.setup.monitor.baud_or_fast())?;
         Ok(Client::new(line, Duration::from_secs_f64(self.patience)))
     }
+}
+
+/// The mailbox of an image with these symbols, where its knob is to find its motor anew.
+fn to_align(args: &Args, find: impl Fn(&str) -> Option<u32>) -> Result<Option<u32>, Failure> {
+    if !args.align {
+        return Ok(None);
+    }
+    match (find("board_align"), find("mailbox")) {
+        (Some(_), Some(mailbox)) => Ok(Some(mailbox)),
+        _ => Err(Failure::Usage(
+            "--align: the image keeps no alignment of a motor: it is for no knob, or for a board \
+             without the key `store` of [knob], which finds its motor at every start"
+                .to_string(),
+        )),
+    }
+}
+
+/// What came of asking a knob.
+fn aligned(args: &Args, asked: Result<(), MonitorError>) -> Outcome {
+    asked.map_err(failure)?;
+    told::aligned(args.json);
+    Ok(())
 }
 
 /// Live values by their names.

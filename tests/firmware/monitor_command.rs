@@ -216,7 +216,7 @@ fn a_line_that_loses_answers_is_told() {
 fn a_line_that_does_not_work_is_told() {
     let nobody = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
     let silent = format!("localhost:{}", nobody.local_addr().expect("it").port());
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
         (&[], "required"),
         (&["--port", "/nowhere/tty"], "--port `/nowhere/tty`"),
         (&["--port", "Cargo.toml"], "is no serial port"),
@@ -228,6 +228,7 @@ fn a_line_that_does_not_work_is_told() {
         ),
         (&["--openocd", &silent], "--openocd wants the image"),
         (&["--probe"], "--probe wants the image"),
+        (&["--tcp", &silent, "--align"], "it is for no knob"),
     ];
     for (more, why) in cases {
         let arguments = [&["monitor", PROGRAM, "--keys", "4"], more].concat();

@@ -158,6 +158,33 @@ fn no_register_of_a_core_is_read_whatever_the_board_says() {
     status(&monitored(&image, &mut chip, &["--json"]));
 }
 
+/// What is written is in the board's memory: a keyboard whose file says that it is a knob is asked
+/// to find its motor, and its firmware refuses.
+#[test]
+fn a_request_is_written_and_answered() {
+    let kind = BoardKind::Rp2350;
+    let image = image(kind, "asked");
+    let mut chip = Chip::started(kind, &image, BEFORE);
+    let file = image.display().to_string();
+    let said = ran(&["monitor", &file, "--probe=ffff:ffff", "--align"]);
+    assert_eq!(said.status.code(), Some(2), "{}", text(&said.stderr));
+    assert!(text(&said.stderr).contains("it is for no knob"));
+    let mut bytes = std::fs::read(&image).expect("an image");
+    let name = b"\0core1_start\0";
+    let at = bytes.windows(name.len()).position(|own| own == name);
+    let at = at.expect("a symbol with a name as long");
+    bytes[at..at + name.len()].copy_from_slice(b"\0board_align\0");
+    std::fs::write(&image, bytes).expect("it is written");
+    let said = monitored(&image, &mut chip, &["--align"]);
+    assert_eq!(said.status.code(), Some(1), "{}", text(&said.stderr));
+    let told = text(&said.stderr);
+    assert!(told.contains("keeps no alignment of a motor"), "{told}");
+    let mailbox = address(&image, "mailbox");
+    let wanted = [(4, 0xffff_fffd), (8, 1), (0, 1)];
+    assert_eq!(chip.writes, wanted.map(|(at, word)| (mailbox + at, word)));
+    assert_eq!(chip.misdeeds, [""; 0]);
+}
+
 #[test]
 fn another_chip_than_the_images_is_told() {
     let images = [BoardKind::Rp2350, BoardKind::Rp2040].map(|kind| (kind, image(kind, "other")));
