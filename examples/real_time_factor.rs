@@ -57,7 +57,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             rows.chunks_exact(keys)
                 .for_each(|inputs| engine.tick(inputs, &mut drive));
             let factor = ticks as f64 / f64::from(rate_hz) / start.elapsed().as_secs_f64();
-            println!("{name:>6} {keys:>3} keys: {factor:8.1} x real time");
+            // A board that stopped has played nothing.
+            match engine.board().and_then(|board| board.trouble()) {
+                Some(why) => println!("{name:>8} {keys:>3} keys: {why}"),
+                None => println!("{name:>8} {keys:>3} keys: {factor:8.1} x real time"),
+            }
         }
     }
     Ok(())

@@ -68,7 +68,7 @@ pub struct Certificate {
     pub deadline: u64,
     /// Whether data in a bank that is fetched from cost a cycle.
     pub fetches: bool,
-    /// How many cores play.
+    /// How many cores play, or run parts.
     pub cores: u32,
     /// Memories, by address.
     pub memories: Vec<Memory>,
@@ -82,7 +82,7 @@ pub struct Certificate {
     pub kernels: u64,
     /// Where vectors lead that nobody uses.
     pub dead: u32,
-    /// Indirect branches, and where they may go.
+    /// Indirect branches by address, and where they may go.
     pub targets: Vec<(u32, Vec<u32>)>,
     /// The frame of each core, while each program plays.
     pub frames: Vec<Frame>,
@@ -105,6 +105,38 @@ pub struct Frame {
     pub stack: u32,
     /// What it runs; who calls stands behind what it calls.
     pub functions: Vec<Function>,
+    /// The other core, where it runs parts of this one's instrument.
+    pub helper: Option<Helper>,
+}
+
+/// A core that has neither ticks nor interrupts of its own: it waits for the other one's number,
+/// runs parts, and writes that number.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Helper {
+    /// Where its table of vectors lies.
+    pub vectors: u32,
+    /// Accesses of the other core to its memory in each of its legs.
+    pub visits: Vec<u32>,
+    /// What it runs, as of a frame.
+    pub functions: Vec<Function>,
+}
+
+impl Frame {
+    /// What a core runs in this frame.
+    pub fn functions_of(&self, core: u32) -> &[Function] {
+        match &self.helper {
+            Some(helper) if core != self.core => &helper.functions,
+            _ => &self.functions,
+        }
+    }
+
+    /// The same, to be added to.
+    pub fn functions_on(&mut self, core: u32) -> &mut Vec<Function> {
+        match &mut self.helper {
+            Some(helper) if core != self.core => &mut helper.functions,
+            _ => &mut self.functions,
+        }
+    }
 }
 
 /// What a function is.
@@ -119,13 +151,21 @@ pub enum Kind {
     Handler,
     /// What runs between ticks.
     Idle,
+    /// What a core runs between the places where it meets the other one: a piece is a leg, and
+    /// leads to the next one, the last to the first.
+    Legs,
+    /// A function as far as a place in it, or in what it calls; ways that never come there do not
+    /// count.
+    Until,
 }
 
-const KINDS: [(Kind, &str); 4] = [
+const KINDS: [(Kind, &str); 6] = [
     (Kind::Plain, "plain"),
     (Kind::Keys, "keys"),
     (Kind::Handler, "handler"),
     (Kind::Idle, "idle"),
+    (Kind::Legs, "legs"),
+    (Kind::Until, "until"),
 ];
 
 /// A function.
@@ -141,6 +181,8 @@ pub struct Function {
     pub hands_stack: bool,
     /// Bytes of stack.
     pub stack: u32,
+    /// The place where one of [`Kind::Until`] ends, and the state of the pipeline there.
+    pub until: Option<(u32, u128)>,
     /// Where it returns to, and whether a 32-bit instruction is there: at no less cost than any
     /// place it does return to. None: the most expensive.
     pub returns: Option<(u32, bool)>,
@@ -181,6 +223,8 @@ pub struct Piece {
     pub cycles: u64,
     /// The stack and what registers point to at its entry.
     pub place: u32,
+    /// The state of the pipeline at its entry.
+    pub begins: u128,
     /// States of the pipeline.
     pub pipes: Vec<u128>,
     /// Stacks.
@@ -219,9 +263,8 @@ fn distinct<T: Ord>(all: impl Iterator<Item = T>) -> bool {
 }
 
 impl Certificate {
-    /// That nothing is said twice, memories and buses lie apart, a DMA uses one of
-    /// these, and every core has a frame for
-    /// every program.
+    /// That nothing is said twice, memories and buses lie apart, a DMA uses one of these, and every
+    /// core has a frame for every program.
     pub(crate) fn is_well_formed(&self) -> Result<(), &'static str> {
         let memories = self.memories.iter().map(|own| (own.base, own.size));
         let mut ranges: Vec<_> = memories
@@ -242,22 +285,46 @@ impl Certificate {
             .targets
             .iter()
             .flat_map(|(at, to)| to.iter().chain([at]));
-        let twice = !distinct(self.targets.iter().map(|(at, _)| at))
+        // They are looked up by address.
+        let mut pairs = self.targets.windows(2);
+        let twice = pairs.any(|pair| pair[0].0 >= pair[1].0)
             || self.targets.iter().any(|(_, to)| !distinct(to.iter()));
         if twice || targets.clone().any(|at| at & 1 != 0) {
             return Err("a branch has targets that are none");
         }
-        let programs = self.frames.len() as u32 / self.cores.max(1);
-        let wanted = (0..self.cores).flat_map(|core| (0..programs).map(move |own| (core, own)));
+        let helped = self.frames.iter().filter(|own| own.helper.is_some());
+        let playing = match helped.count() {
+            0 => self.cores,
+            all if all == self.frames.len() && self.cores == 2 => 1,
+            _ => return Err("a core both plays and helps"),
+        };
+        let programs = self.frames.len() as u32 / playing.max(1);
+        let wanted = (0..playing).flat_map(|core| (0..programs).map(move |own| (core, own)));
         let frames = self.frames.iter().map(|frame| (frame.core, frame.program));
         if programs == 0 || !frames.eq(wanted) {
             return Err("not every core has a frame for every program");
         }
-        let mut functions = self.frames.iter().flat_map(|frame| &frame.functions);
-        match functions.all(Function::is_well_formed) {
+        match self.functions().all(Function::is_well_formed) {
             true => Ok(()),
-            false => Err("a function says something twice"),
+            false => Err("a function says something twice, or nothing of where it ends"),
         }
+    }
+
+    /// Where the table of vectors of a core lies.
+    pub(crate) fn vectors(&self, core: u32) -> Option<u32> {
+        let mut frames = self.frames.iter();
+        frames.find_map(|frame| match &frame.helper {
+            _ if frame.core == core => Some(frame.vectors),
+            helper => helper.as_ref().map(|own| own.vectors),
+        })
+    }
+
+    /// The functions of all frames.
+    fn functions(&self) -> impl Iterator<Item = &Function> {
+        self.frames.iter().flat_map(|frame| {
+            let helping = frame.helper.iter().flat_map(|own| &own.functions);
+            frame.functions.iter().chain(helping)
+        })
     }
 }
 
@@ -269,6 +336,7 @@ impl Function {
             && distinct(self.contexts.iter())
             && distinct(self.calls.iter().map(|call| (call.site, call.callee)))
             && distinct(self.pieces.iter().map(|piece| piece.entry))
+            && self.until.is_some() == (self.kind == Kind::Until)
     }
 }
 

@@ -117,8 +117,11 @@ impl Elf {
 
     /// The section that an address is in.
     pub fn section_at(&self, address: u32) -> Option<&Section> {
-        let inside = |own: &&Section| address.wrapping_sub(own.base) < own.size;
-        self.sections.iter().find(inside)
+        // They are in the order of their addresses.
+        let below = self.sections.partition_point(|own| own.base <= address);
+        let mut nearest = self.sections[..below].iter().rev();
+        let nearest = nearest.find(|own| own.size > 0);
+        nearest.filter(|own| address - own.base < own.size)
     }
 
     /// What nobody writes: code and constants, by first address, with what stands for the bytes.

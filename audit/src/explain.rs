@@ -6,6 +6,7 @@ use whippen_isa::timing::Evidence;
 
 use crate::certificate::{Certificate, Frame, Function, Kind};
 use crate::frame::Checked;
+use crate::legs::ROUNDS;
 use crate::ranges::Ranges;
 
 /// What no certificate says and this checker does not look at.
@@ -70,34 +71,76 @@ pub fn assumptions(certificate: &Certificate, ranges: &[Ranges]) -> Vec<String> 
         ));
     }
     for frame in &certificate.frames {
-        let name = format!("core {}, program {}", frame.core, frame.program);
-        all.push(format!(
-            "{name}: the table of vectors lies at {:#x}",
-            frame.vectors
-        ));
-        let between = frame.functions.iter().find(|own| own.kind == Kind::Idle);
-        if let Some(piece) = between.and_then(|own| own.pieces.first()) {
-            let entry = piece.entry;
-            all.push(format!(
-                "{name}: between ticks runs what begins at {entry:#x}, nothing else"
-            ));
-        }
-        if certificate.cores > 1 {
-            all.push(format!(
-                "{name}: between two ticks the other core accesses its memory {} times at most",
-                frame.visits
-            ));
-        }
-        for function in &frame.functions {
-            of_function(
-                &mut all,
-                &format!("{name}, `{}`", function.name),
-                function,
-                frame,
-            );
-        }
+        of_frame(&mut all, certificate, frame);
+        of_helper(&mut all, frame);
     }
     all
+}
+
+/// What is assumed of a core's frame.
+fn of_frame(all: &mut Vec<String>, certificate: &Certificate, frame: &Frame) {
+    let name = format!("core {}, program {}", frame.core, frame.program);
+    all.push(format!(
+        "{name}: the table of vectors lies at {:#x}",
+        frame.vectors
+    ));
+    let between = frame.functions.iter().find(|own| own.kind == Kind::Idle);
+    if let Some(piece) = between.and_then(|own| own.pieces.first()) {
+        let entry = piece.entry;
+        all.push(format!(
+            "{name}: between ticks runs what begins at {entry:#x}, nothing else"
+        ));
+    }
+    if certificate.cores > 1 {
+        all.push(format!(
+            "{name}: between two ticks the other core accesses its memory {} times at most",
+            frame.visits
+        ));
+    }
+    for core in 0..certificate.cores {
+        if core != frame.core && frame.helper.is_none() {
+            continue;
+        }
+        let functions = frame.functions_of(core);
+        for function in functions {
+            let name = format!(
+                "core {core}, program {}, `{}`",
+                frame.program, function.name
+            );
+            of_function(all, &name, function, functions);
+        }
+    }
+}
+
+/// What is assumed of two cores that run parts of one instrument.
+fn of_helper(all: &mut Vec<String>, frame: &Frame) {
+    let Some(helper) = &frame.helper else {
+        return;
+    };
+    all.push(format!(
+        "core 1 runs its legs for ever: its table of vectors lies at {:#x}; nobody but the other \
+         core writes the words that a core waits for, and both have one clock",
+        helper.vectors
+    ));
+    all.push(format!(
+        "a number that the other core has written is found after {ROUNDS} rounds of a wait at most"
+    ));
+    let places = |functions: &[Function]| {
+        let legs = functions.iter().find(|own| own.kind == Kind::Legs);
+        let pieces = legs.map_or(&[][..], |own| &own.pieces[..]);
+        let entries = pieces.iter().skip(1).map(|own| format!("{:#x}", own.entry));
+        entries.collect::<Vec<String>>().join(", ")
+    };
+    let visits: Vec<String> = helper.visits.iter().map(u32::to_string).collect();
+    all.push(format!(
+        "core 0 has written its numbers where it comes to {}, core 1 where it comes to {}",
+        places(&frame.functions),
+        places(&helper.functions)
+    ));
+    all.push(format!(
+        "core 0 accesses core 1's memory {} times at most in the legs of that, one after the other",
+        visits.join(", ")
+    ));
 }
 
 /// What no byte says: the cores that play, memories and buses.
@@ -144,7 +187,12 @@ fn of_board(all: &mut Vec<String>, certificate: &Certificate) {
     }
 }
 
-fn of_function(all: &mut Vec<String>, name: &str, function: &Function, frame: &Frame) {
+fn of_function(all: &mut Vec<String>, name: &str, function: &Function, functions: &[Function]) {
+    if let Some((place, _)) = function.until {
+        all.push(format!(
+            "{name}: no way that does not come to {place:#x} starts core 1"
+        ));
+    }
     for (register, [low, high]) in &function.entered {
         let [low, high] = [low, high].map(|word| *word as u32);
         all.push(format!(
@@ -170,8 +218,7 @@ fn of_function(all: &mut Vec<String>, name: &str, function: &Function, frame: &F
             ));
             continue;
         };
-        let ticks = frame
-            .functions
+        let ticks = functions
             .get(number as usize)
             .filter(|own| own.kind == Kind::Keys);
         if ticks.is_some() {
@@ -194,7 +241,7 @@ pub fn explain(certificate: &Certificate, checked: &[Checked], ranges: &[Ranges]
         let _ = writeln!(
             text,
             "  core {} takes at most {} of {} cycles from a tick's request to the return from its \
-             handler\n    while program {} plays, {} keys of at most {} cycles; {sure}",
+             handler\n    while program {} plays, {} keys or parts of at most {} cycles; {sure}",
             frame.core, frame.cycles, certificate.deadline, frame.program, frame.keys, frame.key
         );
         for (what, cycles) in &frame.parts {

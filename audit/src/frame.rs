@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 use whippen_isa::timing::{Core, Evidence};
 
 use crate::Refusal;
-use crate::certificate::{Certificate, Frame, Function, Kind};
+use crate::certificate::{Call, Certificate, Frame, Function, Kind};
 use crate::facts::Facts;
+use crate::legs::{HELPER, Meetings};
 use crate::memory::Around;
 use crate::piece::check;
 use crate::place::Place;
@@ -48,7 +49,7 @@ fn mode_cycles(function: &Function) -> u64 {
 }
 
 /// What a call of a function costs, with so many keys.
-pub fn cost(function: &Function, keys: u32) -> Option<Cost> {
+fn cost(function: &Function, keys: u32) -> Option<Cost> {
     let [first, .., last] = &function.pieces[..] else {
         let [only] = &function.pieces[..] else {
             return None;
@@ -70,27 +71,34 @@ pub fn cost(function: &Function, keys: u32) -> Option<Cost> {
     })
 }
 
-/// What all calls of a function cost.
+/// What all calls cost of a core's function with that number.
 ///
 /// # Errors
 /// One that is not there, or stands behind it.
-pub fn costs(frame: &Frame, number: usize) -> Result<Vec<Option<Cost>>, Refusal> {
-    let calls = frame.functions[number].calls.iter();
-    let of = |call: &crate::certificate::Call| {
+pub fn costs(
+    around: &Around,
+    frame: &Frame,
+    number: usize,
+    calls: &[Call],
+) -> Result<Vec<Option<Cost>>, Refusal> {
+    let functions = frame.functions_of(around.core);
+    let of = |call: &Call| {
         let Some((function, keys)) = call.costs else {
             return Ok(None);
         };
-        let callee = frame
-            .functions
+        let callee = functions
             .get(..number)
             .and_then(|all| all.get(function as usize));
         let callee =
             callee.filter(|own| own.pieces.first().map(|own| own.entry) == Some(call.callee));
-        let known = callee.and_then(|callee| cost(callee, keys));
+        let known = match callee.map(|own| own.kind) {
+            Some(Kind::Legs) => Some(Meetings::of(around, frame)?.cost()),
+            _ => callee.and_then(|callee| cost(callee, keys)),
+        };
         let why = "costs what no function before it does";
         known.map(Some).ok_or_else(|| Refusal::at(call.site, why))
     };
-    calls.map(of).collect()
+    calls.iter().map(of).collect()
 }
 
 /// Checks the frame of a core.
@@ -103,24 +111,17 @@ pub(crate) fn check_frame(
     core: &Core,
     frame: &Frame,
 ) -> Result<Checked, Refusal> {
-    let mut class = core
-        .exceptions
-        .entry
-        .evidence
+    let (mut class, mut states) = check_functions(certificate, around, core, frame)?;
+    class = class
+        .max(core.exceptions.entry.evidence)
         .max(core.exceptions.exit.evidence);
-    let mut states = 0;
-    for (number, function) in frame.functions.iter().enumerate() {
-        let costs = costs(frame, number)?;
-        let stepper = Stepper {
-            core,
-            around,
-            certificate,
-            function,
-            costs: &costs,
-        };
-        class = class.max(check_function(&stepper)?);
-        let points = function.pieces.iter().flat_map(|piece| &piece.points);
-        states += points.map(|point| point.states.len()).sum::<usize>();
+    if let Some(helper) = &frame.helper {
+        let around = Around::new(certificate, around.elf, HELPER)?;
+        let (other, more) = check_functions(certificate, &around, core, frame)?;
+        (class, states) = (class.max(other), states + more);
+        no_other(&around, certificate, helper.vectors, None)?;
+        let stack = helper.functions.iter().map(|own| own.stack).max();
+        around.has_stack_room(HELPER, stack.unwrap_or(0))?;
     }
     let (parts, stack) = sums(around, core, frame)?;
     let cycles: u64 = parts.iter().map(|(_, cycles)| cycles).sum();
@@ -140,7 +141,8 @@ pub(crate) fn check_frame(
         return Err(Refusal::new(why));
     }
     let [_, handler] = last_two(frame)?;
-    only_handler(around, certificate, frame, handler.pieces[0].entry)?;
+    let handler = handler.pieces[0].entry;
+    no_other(around, certificate, frame.vectors, Some(handler))?;
     let (key, keys) = keys_of(frame);
     Ok(Checked {
         core: frame.core,
@@ -153,6 +155,30 @@ pub(crate) fn check_frame(
         class,
         states,
     })
+}
+
+/// Checks what a core runs in a frame: as sure as the least sure number, and how many states.
+fn check_functions(
+    certificate: &Certificate,
+    around: &Around,
+    core: &Core,
+    frame: &Frame,
+) -> Result<(Evidence, usize), Refusal> {
+    let (mut class, mut states) = (Evidence::Exact, 0);
+    for (number, function) in frame.functions_of(around.core).iter().enumerate() {
+        let costs = costs(around, frame, number, &function.calls)?;
+        let stepper = Stepper {
+            core,
+            around,
+            certificate,
+            function,
+            costs: &costs,
+        };
+        class = class.max(check_function(&stepper)?);
+        let points = function.pieces.iter().flat_map(|piece| &piece.points);
+        states += points.map(|point| point.states.len()).sum::<usize>();
+    }
+    Ok((class, states))
 }
 
 /// What runs between ticks, and the handler: each in one piece.
@@ -179,7 +205,7 @@ pub fn sums(around: &Around, core: &Core, frame: &Frame) -> Result<Sums, Refusal
     let saved = SAVED_WORDS * around.exception_word(around.stack_banks(frame.core)?);
     let vector = around.exception_word(around.section_banks(frame.vectors)?);
     let entry = u64::from(core.exceptions.entry.cycles);
-    let parts = vec![
+    let mut parts = vec![
         ("the instruction in progress", idle.pieces[0].cycles),
         ("entry of the interrupt", entry + saved + vector),
         ("the handler with all keys", handler.pieces[0].cycles),
@@ -193,6 +219,14 @@ pub fn sums(around: &Around, core: &Core, frame: &Frame) -> Result<Sums, Refusal
         ),
         ("the DMA at memory", around.dma_cycles()),
     ];
+    if frame.helper.is_some() {
+        let around_handler = [0, 1, 4, 5].map(|nth: usize| parts[nth].1).iter().sum();
+        let entry = handler.pieces[0].entry;
+        let longer = Meetings::of(around, frame)?.outlasts(entry, around_handler)?;
+        let all: u64 = parts.iter().map(|(_, cycles)| cycles).sum();
+        let longer = longer.map_or(0, |cycles| cycles.saturating_sub(all));
+        parts.push(("core 1, with what is heard", longer));
+    }
     let stack = idle
         .stack
         .saturating_add(SAVED_BYTES)
@@ -224,22 +258,23 @@ fn keys_of(frame: &Frame) -> (u64, u32) {
     (cycles.max().unwrap_or(0), most.values().sum())
 }
 
-/// Whatever the table of vectors holds leads to the handler or to the end.
-fn only_handler(
+/// Whatever a table of vectors holds leads to the handler, if there is one, or to the end.
+fn no_other(
     around: &Around,
     certificate: &Certificate,
-    frame: &Frame,
-    handler: u32,
+    vectors: u32,
+    handler: Option<u32>,
 ) -> Result<(), Refusal> {
-    let section = around.elf.section_at(frame.vectors);
-    let section = section.ok_or_else(|| Refusal::at(frame.vectors, "is no table of vectors"))?;
+    let section = around.elf.section_at(vectors);
+    let section = section.ok_or_else(|| Refusal::at(vectors, "is no table of vectors"))?;
     let end = section.base + section.size;
     // The first two words are not used after the start.
-    let mut found = false;
-    for at in (frame.vectors..end).step_by(4).skip(2) {
+    let mut found = handler.is_none();
+    for at in (vectors..end).step_by(4).skip(2) {
         let vector = around.elf.word(at).unwrap_or(1) & !1;
-        found |= vector == handler;
-        if vector != 0 && vector != handler && vector != certificate.dead {
+        let handles = Some(vector) == handler;
+        found |= handles;
+        if vector != 0 && !handles && vector != certificate.dead {
             return Err(Refusal::at(
                 at,
                 "is the vector of an interrupt that nobody bounds",
@@ -248,7 +283,7 @@ fn only_handler(
     }
     match found {
         true => Ok(()),
-        false => Err(Refusal::at(frame.vectors, "has no vector of the handler")),
+        false => Err(Refusal::at(vectors, "has no vector of the handler")),
     }
 }
 
@@ -261,9 +296,12 @@ fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
     if function.contexts.first() != Some(&[0, 0, first.entry]) {
         return Err(Refusal::at(first.entry, "is not the first context's"));
     }
-    if (function.kind == Kind::Keys) != (function.pieces.len() > 2)
-        || function.kind != Kind::Keys && function.pieces.len() > 1
-    {
+    let has_right_number = match (function.kind, function.pieces.len()) {
+        (Kind::Keys, pieces) => pieces > 2,
+        (Kind::Legs, pieces) => pieces > 1,
+        (_, pieces) => pieces == 1,
+    };
+    if !has_right_number {
         return Err(Refusal::at(
             first.entry,
             "has another number of pieces than its kind",
@@ -292,6 +330,12 @@ fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
     for piece in &function.pieces {
         check(stepper, piece, &facts, &mut seen).map_err(|why| why.in_function(&function.name))?;
         facts = Facts::default();
+    }
+    if first.begins != 0 {
+        return Err(Refusal::at(
+            first.entry,
+            "is called with a pipeline at work",
+        ));
     }
     if seen.hands_stack != function.hands_stack {
         let why = "does not hand out addresses of its stack as is claimed";

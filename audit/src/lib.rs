@@ -3,6 +3,7 @@
 //! ```text
 //!   ELF file --elf--> sections, certificate's text --certificate--> claims
 //!      frame   what a frame is summed from: functions, exception, visits
+//!      legs    two cores that run parts of one instrument, and wait for each other
 //!      piece   potentials: each state of the certificate against everything that may follow it
 //!      ranges  intervals of the Kernels' values, from their text
 //!      step    one instruction: outcomes, cycles by isa::timing, facts, stack, waiting for memory
@@ -19,6 +20,7 @@ mod elf;
 mod explain;
 mod facts;
 mod frame;
+mod legs;
 mod memory;
 mod overlap;
 mod piece;
@@ -31,14 +33,17 @@ use std::fmt::{self, Display};
 use whippen_isa::timing::Core;
 
 pub use access::hands_stack;
-pub use certificate::{Bus, Call, Certificate, Dma, Frame, Function, Kind, Memory, Piece, Point};
+pub use certificate::{
+    Bus, Call, Certificate, Dma, Frame, Function, Helper, Kind, Memory, Piece, Point,
+};
 pub use elf::{CERTIFICATE, Elf, KERNELS, Section};
 pub use explain::{NOT_CHECKED, assumptions, explain};
 pub use facts::{ALL, Facts, Interval, NONE, PLACES};
-pub use frame::{Checked, Sums, cost, costs, sums};
+pub use frame::{Checked, Sums, costs, sums};
+pub use legs::{HELPER, ROUNDS};
 pub use memory::{Around, Banks, owner};
 pub use overlap::Last;
-pub use piece::{Arrival, ends, node_of, walk};
+pub use piece::{Arrival, NEVER, ends, node_of, walk};
 pub use place::{Place, Tag};
 pub use ranges::{Ranges, check_ranges};
 pub use step::{Cost, Node, Seen, State, Stepper, Steps, To};

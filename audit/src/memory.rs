@@ -25,9 +25,9 @@ pub type Banks = u32;
 #[derive(Debug, Clone)]
 pub struct Around<'a> {
     pub(crate) elf: &'a Elf,
-    certificate: &'a Certificate,
+    pub(crate) certificate: &'a Certificate,
     /// Which core.
-    core: u32,
+    pub(crate) core: u32,
     /// Banks of its code, of its data, of its stack.
     pub(crate) code: Banks,
     data: Banks,
@@ -67,23 +67,21 @@ impl Memory {
             .filter(|bank| *bank < 32)
     }
 
-    /// The banks of a range: word by word where it is short, else by parts of 1 KiB, or all.
+    /// The banks of a range that begins in this memory, as far as it lies there.
     fn banks_of(&self, from: u32, bytes: u32) -> Banks {
-        let end = from.saturating_add(bytes.max(1));
-        let step = match bytes {
-            0..=4096 => 4,
-            _ => (self.size / (self.banks.len() as u32).max(1)).clamp(4, 1024) & !3,
+        let end = self.size.max(1) - 1;
+        let offset = |at: u32| at.saturating_sub(self.base).min(end);
+        let [first, last] = [from, from.saturating_add(bytes.max(1) - 1)].map(offset);
+        let count = self.banks.len() as u32;
+        let step = match self.striped {
+            true => 4,
+            false => (self.size / count.max(1)).max(1),
         };
-        if self.striped && bytes > 4096 {
-            return self
-                .banks
-                .iter()
-                .fold(0, |set, bank| set | 1_u32.unbounded_shl((*bank).into()));
-        }
-        let words = (from & !3..end).step_by(step as usize).chain([end - 1]);
-        words
-            .filter_map(|at| self.bank(at))
-            .fold(0, |set, bank| set | 1 << bank)
+        let (first, last) = (first / step, last / step);
+        // As many steps as there are banks meet all of them.
+        let steps = first..=last.min(first.saturating_add(count));
+        let banks = steps.filter_map(|nth| self.bank(self.base + nth * step));
+        banks.fold(0, |set, bank| set | 1 << bank)
     }
 }
 
@@ -194,13 +192,10 @@ impl<'a> Around<'a> {
 
     /// Where the stack of a core ends: the first word of its vectors.
     pub(crate) fn stack_end(&self, core: u32) -> Result<u32, Refusal> {
-        let frame = self
+        let end = self
             .certificate
-            .frames
-            .iter()
-            .find(|frame| frame.core == core);
-        let end = frame
-            .and_then(|frame| self.elf.word(frame.vectors))
+            .vectors(core)
+            .and_then(|vectors| self.elf.word(vectors))
             .filter(|end| *end >= 4);
         end.ok_or_else(|| Refusal::new(format!("core {core} has no table of vectors")))
     }
@@ -432,5 +427,41 @@ impl<'a> Around<'a> {
             .filter(|_| known && value[1] - value[0] < 1 << 30)?;
         let rest = section.size - (low - section.base);
         (value[1] - value[0] < i64::from(rest)).then_some(section.base)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_banks_of_a_range_are_those_of_its_words() {
+        for (size, striped, banks) in [
+            (0x8_0000, true, vec![0, 1, 2, 3, 4, 5, 6, 7]),
+            (0x4_0000, true, vec![3, 1, 2, 0]),
+            (0x1000, false, vec![9]),
+            (0x2000, false, vec![4, 5]),
+            (0x1800, false, vec![4, 5, 6]),
+        ] {
+            let memory = Memory {
+                base: 0x2000_0000,
+                size,
+                access: 1,
+                fetch: 1,
+                striped,
+                banks,
+            };
+            for from in [0, 2, 4, 0x0ffe, 0x1000, 0x17fc] {
+                for bytes in [0, 1, 2, 3, 4, 7, 8, 20, 64, 0x400, 0x900, 0x2000] {
+                    let from = memory.base + from;
+                    let bytes = bytes.min((memory.base + size).saturating_sub(from));
+                    let all = (from..from + bytes.max(1)).filter_map(|at| memory.bank(at));
+                    let wanted = all.fold(0, |set, bank| set | 1 << bank);
+                    if from < memory.base + size {
+                        assert_eq!(memory.banks_of(from, bytes), wanted, "{from:#x}, {bytes}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -10,11 +10,12 @@
 //! back at the head one remains less; wherever it is left, one did remain at least.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::mem;
 
 use whippen_isa::timing::Pipe;
 
 use crate::Refusal;
-use crate::certificate::{Kind, Piece, Point};
+use crate::certificate::{Function, Kind, Piece, Point};
 use crate::facts::Facts;
 use crate::overlap::Last;
 use crate::place::{Place, Tag};
@@ -50,6 +51,8 @@ pub fn walk(
     let mut arrived = Vec::new();
     let mut open = vec![(from.0, from.1, 0_u64)];
     let mut steps = 0;
+    // Whoever runs until a place may come there in a call.
+    let anywhere = stepper.function.kind == Kind::Until;
     while let Some((node, state, cycles)) = open.pop() {
         steps += 1;
         if steps > WALK_MAX {
@@ -67,7 +70,7 @@ pub fn walk(
                 .checked_add(more)
                 .ok_or_else(|| Refusal::at(node.at, "is endless"))?;
             match to {
-                To::Node(to) if to.context == 0 && ends.contains(&to.at) => {
+                To::Node(to) if (to.context == 0 || anywhere) && ends.contains(&to.at) => {
                     arrived.push((Arrival::Piece(to.at), state, cycles));
                 }
                 To::Node(to) if points(&to) => arrived.push((Arrival::Point(to), state, cycles)),
@@ -79,11 +82,21 @@ pub fn walk(
     Ok(arrived)
 }
 
-/// Where the pieces of a function end: where others begin.
-pub fn ends(kind: Kind, entries: impl Iterator<Item = u32>) -> BTreeSet<u32> {
-    match kind {
-        Kind::Keys => entries.skip(1).collect(),
-        _ => BTreeSet::new(),
+/// What remains, about, where a way returns that was to lead elsewhere: less than on any that does.
+pub const NEVER: i64 = -(1 << 40);
+
+/// Where a piece of a function ends, by the entries of all: where another one begins.
+pub fn ends(function: &Function, entries: &[u32], entry: u32) -> BTreeSet<u32> {
+    match function.kind {
+        Kind::Keys => entries.iter().skip(1).copied().collect(),
+        Kind::Legs => {
+            let own = entries.iter().position(|other| *other == entry);
+            let next = own.map_or(0, |own| own + 1);
+            let next = entries.get(next).or(entries.first());
+            next.copied().into_iter().collect()
+        }
+        Kind::Until => function.until.map(|(at, _)| at).into_iter().collect(),
+        Kind::Plain | Kind::Handler | Kind::Idle => BTreeSet::new(),
     }
 }
 
@@ -108,6 +121,7 @@ struct Check<'a> {
     stepper: &'a Stepper<'a>,
     piece: &'a Piece,
     points: BTreeMap<Node, usize>,
+    ends: BTreeSet<u32>,
     claimed: Vec<Vec<Claimed>>,
     /// The loops that each instruction is in.
     loops: HashMap<Node, Vec<u32>>,
@@ -135,10 +149,13 @@ pub(crate) fn check(
     if points.len() != piece.points.len() {
         return Err(Refusal::at(piece.entry, "has a point twice"));
     }
+    let entries = stepper.function.pieces.iter().map(|piece| piece.entry);
+    let entries: Vec<u32> = entries.collect();
     let mut check = Check {
         stepper,
         piece,
         points,
+        ends: ends(stepper.function, &entries, piece.entry),
         claimed: Vec::new(),
         loops: HashMap::new(),
         longest: 0,
@@ -214,7 +231,7 @@ impl Check<'_> {
     fn enter(&mut self, facts: &Facts) -> Result<(), Refusal> {
         let entry = self.piece.entry;
         let state = State {
-            pipe: Pipe::default(),
+            pipe: Pipe::from_bits(self.piece.begins),
             facts: facts.clone(),
             place: self.place(self.piece.place)?.clone(),
             last: Last::default(),
@@ -224,16 +241,14 @@ impl Check<'_> {
             at: entry,
             it: 0,
         };
-        let number = self.points.get(&node).copied();
-        let number = number.ok_or_else(|| Refusal::at(entry, "is an entry, but no point"))?;
-        if !self.piece.points[number].loops.is_empty() {
-            return Err(Refusal::at(entry, "is entered inside of a loop"));
+        if !self.points.contains_key(&node) {
+            return Err(Refusal::at(entry, "is an entry, but no point"));
         }
-        let remains = self.arrive(number, &state)?;
+        let remains = self.go_on(node, &[], &state)?;
         let idle = self.stepper.function.kind == Kind::Idle;
-        match idle || i128::from(self.piece.cycles) == i128::from(remains) {
+        match idle || i128::from(self.piece.cycles) == remains {
             true => Ok(()),
-            false => Err(self.claims_not(remains.into())),
+            false => Err(self.claims_not(remains)),
         }
     }
 
@@ -301,9 +316,8 @@ impl Check<'_> {
 
     /// The least that must be claimed of a state for all that follows it.
     fn follow(&mut self, node: Node, state: State, loops: &[u32]) -> Result<i128, Refusal> {
-        let (stepper, points) = (self.stepper, self.points.clone());
-        let entries = stepper.function.pieces.iter().map(|piece| piece.entry);
-        let ends = ends(stepper.function.kind, entries);
+        let stepper = self.stepper;
+        let (points, ends) = (mem::take(&mut self.points), mem::take(&mut self.ends));
         let mut seen = *self.seen;
         let mut passes = |node: Node, cycles: u64| {
             self.longest = self.longest.max(cycles);
@@ -318,10 +332,14 @@ impl Check<'_> {
             &mut passes,
             &mut seen,
         )?;
+        (self.points, self.ends) = (points, ends);
         *self.seen = seen;
         let mut needed = i128::MIN;
         for (arrival, state, cycles) in arrived {
             let remains = match arrival {
+                Arrival::Return if stepper.function.kind == Kind::Until => {
+                    self.left(loops, 0)? + i128::from(NEVER)
+                }
                 Arrival::Return => self.leave(loops, 0, &state)?,
                 Arrival::Piece(at) => self.hand_over(at, loops, &state)?,
                 Arrival::Point(node) => self.go_on(node, loops, &state)?,
@@ -351,12 +369,22 @@ impl Check<'_> {
     }
 
     fn leave(&self, loops: &[u32], keeps: usize, state: &State) -> Result<i128, Refusal> {
-        let settled = state.pipe == Pipe::default();
-        match settled || self.stepper.function.kind == Kind::Handler {
+        self.leave_with(Pipe::default(), loops, keeps, state)
+    }
+
+    /// The end, for what goes on with that pipeline.
+    fn leave_with(
+        &self,
+        pipe: Pipe,
+        loops: &[u32],
+        keeps: usize,
+        state: &State,
+    ) -> Result<i128, Refusal> {
+        match state.pipe == pipe || self.stepper.function.kind == Kind::Handler {
             true => self.left(loops, keeps),
             false => Err(Refusal::at(
                 self.piece.entry,
-                "ends with a pipeline at work",
+                "ends with another pipeline than is claimed",
             )),
         }
     }
@@ -365,26 +393,26 @@ impl Check<'_> {
     /// to point somewhere.
     fn hand_over(&self, at: u32, loops: &[u32], state: &State) -> Result<i128, Refusal> {
         let function = self.stepper.function;
+        if let Some((_, bits)) = function.until {
+            return self.leave_with(Pipe::from_bits(bits), loops, 0, state);
+        }
         let last = function.pieces.last().map(|piece| piece.entry);
-        if last == Some(self.piece.entry) {
+        if last == Some(self.piece.entry) && function.kind == Kind::Keys {
             return Err(Refusal::at(
                 at,
                 "is led to by the last piece, which runs once",
             ));
         }
-        let next = function
-            .pieces
-            .iter()
-            .skip(1)
-            .find(|piece| piece.entry == at);
+        let next = function.pieces.iter().find(|piece| piece.entry == at);
         let place = next.and_then(|next| next.places.get(next.place as usize));
         let derived = |register: u8| {
             let found = self.stepper.derived(&state.facts, register);
             let assumed = function.bases.iter().find(|(own, _)| *own == register);
             found.or(assumed.map(|(_, section)| Tag::Section(*section)))
         };
+        let begins = next.map_or(0, |next| next.begins);
         match place.is_some_and(|place| place.covers(&state.place, derived)) {
-            true => self.leave(loops, 0, state),
+            true => self.leave_with(Pipe::from_bits(begins), loops, 0, state),
             false => Err(Refusal::at(at, "begins with another stack than is claimed")),
         }
     }

@@ -157,12 +157,9 @@ impl Stepper<'_> {
     }
 
     fn targets(&self, at: u32) -> Option<&[u32]> {
-        let found = self
-            .certificate
-            .targets
-            .iter()
-            .find(|(branch, _)| *branch == at);
-        found.map(|(_, targets)| &targets[..])
+        let all = &self.certificate.targets;
+        let found = all.binary_search_by_key(&at, |(branch, _)| *branch);
+        found.ok().map(|found| &all[found].1[..])
     }
 
     /// Everywhere that an instruction may lead from a state.

@@ -11,6 +11,7 @@ use clap::ValueHint;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 
 use super::file_plan::FilePlan;
+use super::opened::Opened;
 use super::option;
 use super::setup::SetupArgs;
 use crate::exit::{Failure, Outcome};
@@ -62,18 +63,8 @@ pub struct Args {
     listing: Option<PathBuf>,
 }
 
-pub fn run(args: &Args) -> Outcome {
-    let opened = args.setup.open()?;
-    let mut setup = if args.output.is_image() && !args.self_test {
-        args.setup.all_programs(&opened)?
-    } else {
-        args.setup.one_program(&opened)?
-    };
-    if !args.output.is_image() {
-        // What is no image is of no chip, however many the keyboard has.
-        setup.chips = args.setup.named_chips()?;
-    }
-    let chips = setup.chips;
+/// That no file is written over one that is read, where there are so many chips.
+fn check_files(args: &Args, opened: &Opened, chips: u32) -> Outcome {
     let of_chips = |path: &Option<PathBuf>| {
         let path = path.iter();
         path.flat_map(|path| files_of_chips(path, chips))
@@ -85,7 +76,25 @@ pub fn run(args: &Args) -> Outcome {
         .writes("--output", &args.output.files(chips), &[])
         .writes("--map", &of_chips(&args.map), &["map", "txt"])
         .writes("--listing", &of_chips(&args.listing), &["lst", "txt"])
-        .check()?;
+        .check()
+}
+
+pub fn run(args: &Args) -> Outcome {
+    let opened = args.setup.open()?;
+    let named = args.setup.named_chips()?;
+    check_files(args, &opened, named)?;
+    let mut setup = if args.output.is_image() && !args.self_test {
+        args.setup.all_programs(&opened)?
+    } else {
+        args.setup.one_program(&opened)?
+    };
+    if !args.output.is_image() {
+        // What is no image is of no chip, however many the keyboard has.
+        setup.chips = named;
+    }
+    if setup.chips != named {
+        check_files(args, &opened, setup.chips)?;
+    }
     match args.clock {
         Some(clock_hz) if args.output.is_object() && !args.self_test => {
             setup.board.clock_hz = clock_hz;

@@ -171,7 +171,7 @@ fn hardware_that_is_not_there_says_what_is() {
         shell.refuses(2, &["budget", "lamp.whip", "--board", board], &says);
     }
     let devices = [
-        "devices are chain, gimbal, knob, mikey",
+        "devices are chain, column_coil, gimbal, knob, mikey",
         "docs/how-to/device.md",
     ];
     shell.refuses(

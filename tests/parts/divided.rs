@@ -80,7 +80,7 @@ fn late_head() -> Image {
 fn a_core_that_does_not_wait_for_the_head_is_noticed() {
     let image = late_head();
     // cmp r2, r1 becomes cmp r1, r1.
-    let fault = (image.symbol(EARLY) + 2, [0x428a, 0x4289]);
+    let fault = (image.symbol(EARLY[1]) + 2, [0x428a, 0x4289]);
     let [waits, does_not] =
         [vec![], vec![fault]].map(|changed| Rig::new(&image, &changed).play((0..150).map(bow)));
     assert!(waits.iter().flatten().filter(|word| **word != 0).count() > 100);
@@ -101,5 +101,5 @@ fn a_core_that_never_comes_is_given_up() {
     never(&slow_helper(), POLL[1], 0xd0fc);
     let early = late_head();
     never(&early, POLL[1], 0xd0fc);
-    never(&early, EARLY, 0xd1fc);
+    never(&early, EARLY[1], 0xd1fc);
 }

@@ -1,6 +1,7 @@
 //! Instruments in parts: images whose members run one after the other, or on two cores, against the
 //! interpreter and against their bound.
 
+mod certified;
 mod divided;
 mod played;
 mod rig;

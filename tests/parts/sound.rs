@@ -32,7 +32,7 @@ fn with_sound(text: &str, rate_hz: u32) -> Image {
 fn a_core_that_does_not_wait_for_what_is_heard_is_noticed() {
     let image = with_sound(STRINGS, SLOW_HZ);
     // cmp r2, r1 becomes cmp r1, r1.
-    let fault = (image.symbol(DONE) + 2, [0x428a, 0x4289]);
+    let fault = (image.symbol(DONE[1]) + 2, [0x428a, 0x4289]);
     let [waits, does_not] = [vec![], vec![fault]].map(|changed| sums(&image, &changed, 150));
     assert!(waits.iter().filter(|sum| **sum != 0).count() > 100);
     assert!(waits != does_not);
@@ -44,7 +44,7 @@ fn a_core_that_does_not_wait_for_what_is_heard_is_noticed() {
 fn a_core_that_is_never_done_with_what_is_heard_is_given_up() {
     let image = with_sound(STRINGS, SLOW_HZ);
     // bne becomes a branch to itself.
-    let never = [(image.symbol(DONE) + 4, [0xd1fc, 0xe7fe])];
+    let never = [(image.symbol(DONE[1]) + 4, [0xd1fc, 0xe7fe])];
     assert!(sums(&image, &never, 60).iter().all(|sum| *sum == 0));
     let mut rig = Rig::new(&image, &never);
     let words = rig.play((0..60).map(bow));

@@ -2,7 +2,9 @@
 
 use std::fmt::{self, Display, Write};
 
-use super::{Bus, Call, Certificate, Dma, Frame, Function, HEADER, KINDS, Memory, Piece, Point};
+use super::{
+    Bus, Call, Certificate, Dma, Frame, Function, HEADER, Helper, KINDS, Memory, Piece, Point,
+};
 use crate::place::Tag;
 
 impl Certificate {
@@ -73,13 +75,21 @@ impl Display for Certificate {
                 f,
                 "frame {core} {program} {vectors:#x} {visits} {cycles} {stack}"
             )?;
-            frame
-                .functions
-                .iter()
-                .try_for_each(|function| write!(f, "{function}"))?;
+            write_all(f, &frame.functions)?;
+            if let Some(helper) = &frame.helper {
+                let Helper {
+                    vectors, visits, ..
+                } = helper;
+                writeln!(f, "helper {vectors:#x}{}", list(visits))?;
+                write_all(f, &helper.functions)?;
+            }
         }
         Ok(())
     }
+}
+
+fn write_all<T: Display>(f: &mut fmt::Formatter<'_>, all: &[T]) -> fmt::Result {
+    all.iter().try_for_each(|one| write!(f, "{one}"))
 }
 
 fn list<T: Display>(all: &[T]) -> String {
@@ -101,6 +111,9 @@ impl Display for Function {
             "function {} {kind} {:#x} {hands} {}",
             self.name, self.fetched, self.stack
         )?;
+        if let Some((at, pipe)) = self.until {
+            writeln!(f, "until {at:#x} {pipe:#x}")?;
+        }
         if let Some((at, wide)) = self.returns {
             writeln!(f, "returns {at:#x} {}", u8::from(wide))?;
         }
@@ -129,15 +142,20 @@ impl Display for Function {
                 None => writeln!(f, "call {site:#x} {callee:#x} never")?,
             }
         }
-        self.pieces
-            .iter()
-            .try_for_each(|piece| write!(f, "{piece}"))
+        write_all(f, &self.pieces)
     }
 }
 
 impl Display for Piece {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "piece {:#x} {} {}", self.entry, self.cycles, self.place)?;
+        let Piece {
+            entry,
+            cycles,
+            place,
+            begins,
+            ..
+        } = self;
+        writeln!(f, "piece {entry:#x} {cycles} {place} {begins:#x}")?;
         self.pipes
             .iter()
             .try_for_each(|pipe| writeln!(f, "pipe {pipe:#x}"))?;

@@ -2,7 +2,9 @@
 
 use whippen_isa::ItState;
 
-use super::{Bus, Call, Certificate, Dma, Frame, Function, HEADER, KINDS, Memory, Piece, Point};
+use super::{
+    Bus, Call, Certificate, Dma, Frame, Function, HEADER, Helper, KINDS, Memory, Piece, Point,
+};
 use crate::facts::{Facts, PLACES};
 use crate::place::{Place, Tag};
 
@@ -21,6 +23,11 @@ impl Words<'_> {
         };
         let fits = read.ok().and_then(|number| T::try_from(number).ok());
         fits.ok_or_else(|| format!("`{word}` is no such number"))
+    }
+
+    /// A state of the pipeline.
+    fn bits(&mut self) -> Result<u128, String> {
+        self.number::<i128>().map(|bits| bits as u128)
     }
 
     fn flag(&mut self) -> Result<bool, String> {
@@ -111,14 +118,30 @@ impl Certificate {
                 visits: words.number()?,
                 cycles: words.number()?,
                 stack: words.number()?,
-                functions: Vec::new(),
+                ..Frame::default()
             }),
-            "function" => last(&mut self.frames)?
-                .functions
-                .push(read_function(words)?),
-            _ => last(&mut last(&mut self.frames)?.functions)?.line(&what, words)?,
+            "helper" => {
+                last(&mut self.frames)?.helper = Some(Helper {
+                    vectors: words.number()?,
+                    visits: words.rest()?,
+                    functions: Vec::new(),
+                })
+            }
+            "function" => self.being_read()?.push(read_function(words)?),
+            _ => last(self.being_read()?)?.line(&what, words)?,
         }
         Ok(())
+    }
+}
+
+impl Certificate {
+    /// The functions that are being read: of the last frame, or of the core that helps in it.
+    fn being_read(&mut self) -> Result<&mut Vec<Function>, String> {
+        let frame = last(&mut self.frames)?;
+        Ok(match &mut frame.helper {
+            Some(helper) => &mut helper.functions,
+            None => &mut frame.functions,
+        })
     }
 }
 
@@ -141,6 +164,7 @@ fn read_function(words: &mut Words) -> Result<Function, String> {
 impl Function {
     fn line(&mut self, what: &str, words: &mut Words) -> Result<(), String> {
         match what {
+            "until" => self.until = Some((words.number()?, words.bits()?)),
             "returns" => self.returns = Some((words.number()?, words.flag()?)),
             "entered" => {
                 let known = (words.number()?, [words.number()?, words.number()?]);
@@ -165,6 +189,7 @@ impl Function {
                 entry: words.number()?,
                 cycles: words.number()?,
                 place: words.number()?,
+                begins: words.bits()?,
                 ..Piece::default()
             }),
             _ => last(&mut self.pieces)?.line(what, words)?,
@@ -176,7 +201,7 @@ impl Function {
 impl Piece {
     fn line(&mut self, what: &str, words: &mut Words) -> Result<(), String> {
         match what {
-            "pipe" => self.pipes.push(words.number::<i128>()? as u128),
+            "pipe" => self.pipes.push(words.bits()?),
             "place" => self.places.push(read_place(words)?),
             "facts" => self.facts.push(read_facts(words)?),
             "round" => {

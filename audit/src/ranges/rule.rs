@@ -181,14 +181,20 @@ pub(super) fn interval(
         ("eq", [a, b]) if a.high < b.low || b.high < a.low => Interval::new(0, 0),
         ("eq", [a, b]) if a.low == a.high && a == b => Interval::new(1, 1),
         ("eq", [_, _]) => Interval::new(0, 1),
-        ("div_round", [a, b]) => divided(*a, *b, number.ok_or("has no shift")?),
-        ("quot", [a, b]) => quotient(*a, *b, number.ok_or("has no shift")?),
+        ("div_round", [a, b]) => divided(*a, *b, shift(number)?),
+        ("quot", [a, b]) => quotient(*a, *b, shift(number)?),
         ("low" | "add_wrap" | "sub_wrap" | "mul_wrap" | "shl_wrap", _) => {
             let exact = corners(op, args, number.unwrap_or(0))?;
             if WORD.contains(exact) { exact } else { WORD }
         }
         _ => corners(op, args, number.unwrap_or(0))?,
     }))
+}
+
+/// How far a dividend is moved up: within a word.
+fn shift(number: Option<i128>) -> Result<i128, String> {
+    let within = number.filter(|n| (0..32).contains(n));
+    within.ok_or_else(|| "has no shift of a word".into())
 }
 
 /// What it computes of whole numbers; it rises or falls with each operand while the others stay, so

@@ -168,3 +168,20 @@ fn promises_are_collected() {
         assert_eq!(found[0].promises, [statement]);
     }
 }
+
+#[test]
+fn a_shift_beyond_its_word_is_refused() {
+    for op in [
+        "div_round v3 v1 32",
+        "div_round v3 v1 200",
+        "div_round v3 v1 -1",
+        "quot v3 v1 32",
+        "shl v3 64",
+        "sar_round v3 64",
+    ] {
+        let found = check_ranges(&text(&format!("v10: i64 [0..1] = {op}")));
+        let why = found.expect_err(op).to_string();
+        let says = ["has no shift of a word", "is no operator of these operands"];
+        assert!(says.iter().any(|says| why.contains(says)), "{op}: {why}");
+    }
+}

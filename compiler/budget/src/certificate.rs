@@ -8,11 +8,11 @@
 //!
 //! The heuristics are here: where points are, which facts are worth keeping, the cycles of a round.
 //! Wherever they err the checker refuses; nothing of what is here has to be believed.
-//!
-//! Not here: instruments in parts, which have no certificate.
 
 mod explore;
+mod explored;
 mod finish;
+mod helped;
 mod potential;
 mod tighten;
 mod wanted;
@@ -21,10 +21,10 @@ use std::fmt::{self, Display};
 
 use whippen_arm::thumb::POINTS;
 use whippen_audit as audit;
-use whippen_audit::{Around, Certificate, Elf, Frame, Function, Kind, Refusal};
+use whippen_audit::{Around, Certificate, Elf, Frame, Function, Helper, Kind, Refusal};
 use whippen_board::Board;
 use whippen_deterministic::parallel;
-use whippen_firmware::{CoreCode, DEAD, FirmwareImage, RUNNING};
+use whippen_firmware::{CoreCode, Cut, DEAD, FirmwareImage, RUNNING};
 use whippen_keyboard::{CoreId, ProgramId};
 
 use super::calls::Calls;
@@ -34,13 +34,12 @@ use super::program::Program;
 use super::tick_handler::{OnCore, find};
 use super::{Annotations, NotBounded, Query};
 use explore::Explorer;
+use helped::visits_of_legs;
 use wanted::Wanted;
 
 /// Why an image has no certificate.
 #[derive(Debug)]
 pub enum NotCertified {
-    /// Certificates do not speak of that.
-    Beyond(&'static str),
     /// It has no bound.
     NotBounded(NotBounded),
     /// The checker does not follow.
@@ -50,7 +49,6 @@ pub enum NotCertified {
 impl Display for NotCertified {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Beyond(what) => write!(f, "certificates do not speak of {what}"),
             Self::NotBounded(why) => write!(f, "no bound: {why:?}"),
             Self::Refused(why) => write!(f, "{why}"),
         }
@@ -82,13 +80,13 @@ pub fn certificate(
     kernels: &str,
     file: &[u8],
 ) -> Result<Certificate, NotCertified> {
-    let mut cores = image.programs.iter().flat_map(|program| &program.cores);
-    if image.cut().is_some() || cores.any(|core| core.cut.is_some()) {
-        return Err(NotCertified::Beyond("instruments in parts"));
-    }
     let mut elf = Elf::read(file).map_err(Refusal::new)?;
     elf.kernels = Some(kernels.to_string());
-    let mut certificate = of_board(board, deadline, image.keys_of_cores.len() as u32);
+    let cores = match helps(image) {
+        Some(_) => 2,
+        None => image.keys_of_cores.len() as u32,
+    };
+    let mut certificate = of_board(board, deadline, cores);
     certificate.sections = elf.constants();
     certificate.kernels = audit::number_of(kernels);
     certificate.dma = dma(image, board).and_then(|dma| {
@@ -110,9 +108,9 @@ pub fn certificate(
         certificate: &certificate,
     };
     let numbers = (0..certificate.frames.len()).collect();
-    let functions = parallel::map(numbers, |number| framed.functions(number));
-    for (number, functions) in functions.into_iter().enumerate() {
-        certificate.frames[number].functions = functions?;
+    let frames = parallel::map(numbers, |number| framed.frame(number));
+    for (number, frame) in frames.into_iter().enumerate() {
+        certificate.frames[number] = frame?;
         let around = Around::new(&certificate, &elf, certificate.frames[number].core)?;
         let core = board.timing().at_worst();
         let (parts, stack) = audit::sums(&around, &core, &certificate.frames[number])?;
@@ -131,19 +129,33 @@ pub fn certificate(
     Ok(certificate)
 }
 
+/// What core 1 runs parts of, if it does.
+fn helps(image: &FirmwareImage) -> Option<&Cut> {
+    image.cut().filter(|cut| cut.has_helper())
+}
+
 /// The frames of all cores while each program plays, without what they run.
 fn empty_frames(image: &FirmwareImage, program: &Program) -> Result<Vec<Frame>, NotCertified> {
     let mut frames = Vec::new();
+    let helper = |cut| {
+        Ok::<_, NotBounded>(Helper {
+            vectors: find(program, RUNNING[1].vectors)?,
+            visits: visits_of_legs(cut),
+            functions: Vec::new(),
+        })
+    };
     for id in image.cores() {
         for number in 0..image.programs.len() as u32 {
             frames.push(Frame {
                 core: id.index() as u32,
                 program: number,
                 vectors: find(program, RUNNING[id.index()].vectors)?,
-                visits: match image.keys_of_cores.len() {
-                    1 => 0,
-                    _ => image.visits(id),
+                visits: match (helps(image), image.keys_of_cores.len()) {
+                    (Some(cut), _) => cut.crossing_back(image.channels()),
+                    (None, 1) => 0,
+                    (None, _) => image.visits(id),
                 },
+                helper: helps(image).map(helper).transpose()?,
                 ..Frame::default()
             });
         }
@@ -191,10 +203,19 @@ struct Framed<'a> {
 }
 
 impl Framed<'_> {
-    /// What a core runs while a program plays.
-    fn functions(&self, number: usize) -> Result<Vec<Function>, NotCertified> {
+    /// What a core runs while a program plays, and what the other one runs for it.
+    fn frame(&self, number: usize) -> Result<Frame, NotCertified> {
         let claimed = &self.certificate.frames[number];
-        let (core, playing) = (claimed.core as usize, claimed.program);
+        let mut frame = claimed.clone();
+        if frame.helper.is_some() {
+            self.add_functions(&mut frame, audit::HELPER)?;
+        }
+        self.add_functions(&mut frame, claimed.core)?;
+        Ok(frame)
+    }
+
+    /// The functions of a core in a frame.
+    fn add_functions(&self, frame: &mut Frame, core: u32) -> Result<(), NotCertified> {
         let timing = self.board.timing().at_worst();
         let interference = Interference::new(
             self.board,
@@ -202,7 +223,8 @@ impl Framed<'_> {
             Lies::default(),
             Others::default(),
         );
-        let id = CoreId(claimed.core);
+        // Of a core that helps, the code is with that of the core that it helps.
+        let id = CoreId(frame.core);
         let programs: Vec<&CoreCode> = self
             .image
             .programs
@@ -212,50 +234,49 @@ impl Framed<'_> {
         let of = OnCore {
             program: self.program,
             core: &timing,
-            running: &RUNNING[core],
-            number: core,
-            playing: programs[ProgramId(playing).index()],
+            running: &RUNNING[core as usize],
+            number: core as usize,
+            playing: programs[ProgramId(frame.program).index()],
             programs: &programs,
             interference: &interference,
             helper: None,
         };
-        let calls = Calls::find(&of)?;
-        let mut frame = claimed.clone();
-        for wanted in self.wanted(&of, &calls)? {
-            let function = self.function(&of, &frame, wanted)?;
-            frame.functions.push(function);
+        let wanted = match &of.playing.cut {
+            Some(cut) if core != frame.core => self.helping(&of, cut)?,
+            _ => self.wanted(&of, &Calls::find(&of)?)?,
+        };
+        for wanted in wanted {
+            self.add_function(&of, frame, wanted)?;
         }
-        Ok(frame.functions)
+        Ok(())
     }
 
-    fn function(
+    fn add_function(
         &self,
         of: &OnCore,
-        frame: &Frame,
+        frame: &mut Frame,
         wanted: Wanted,
-    ) -> Result<Function, NotCertified> {
+    ) -> Result<(), NotCertified> {
         let Wanted {
             name,
             kind,
+            until,
             entries,
             mut annotations,
             calls,
         } = wanted;
-        annotations.stops = audit::ends(kind, entries.iter().copied());
-        annotations.inside = kind == Kind::Keys;
+        annotations.inside = matches!(kind, Kind::Keys | Kind::Legs);
+        annotations.ends_apart = matches!(kind, Kind::Legs | Kind::Until);
         let known = calls
             .iter()
             .map(|call| ((Some(call.site), call.callee), super::Known::default()));
         annotations.known = known.collect();
-        let mut flows = Vec::new();
-        for entry in &entries {
-            flows.push(self.flow(of, *entry, kind, &mut annotations)?);
-        }
         let signed = |words: &[u32; 2]| words.map(|word| i64::from(word as i32));
         let entered = annotations.entered.iter();
         let mut function = Function {
             name: name.to_string(),
             kind,
+            until: until.map(|at| (at, 0)),
             returns: annotations.return_to.map(|to| (to.address, to.wide)),
             entered: entered
                 .map(|(register, words)| (*register, signed(words)))
@@ -265,22 +286,26 @@ impl Framed<'_> {
             calls,
             ..Function::default()
         };
-        if matches!(kind, Kind::Idle | Kind::Handler) {
+        if !matches!(kind, Kind::Keys | Kind::Plain) {
             function.entered.clear();
         }
-        let around = Around::new(self.certificate, self.elf, frame.core)?;
-        let mut whole = frame.clone();
-        whole.functions.push(function);
-        let costs = audit::costs(&whole, whole.functions.len() - 1)?;
-        let function = whole.functions.pop().unwrap_or_default();
+        let mut flows = Vec::new();
+        for entry in &entries {
+            annotations.stops = audit::ends(&function, &entries, *entry);
+            flows.push(self.flow(of, *entry, kind, &mut annotations)?);
+        }
+        let around = Around::new(self.certificate, self.elf, of.number as u32)?;
+        let number = frame.functions_of(of.number as u32).len();
+        let costs = audit::costs(&around, frame, number, &function.calls)?;
         let explorer = Explorer {
             core: of.core,
             around: &around,
             certificate: self.certificate,
             costs: &costs,
-            annotations: &annotations,
         };
-        Ok(explorer.explore(function, &entries, &flows)?)
+        let explored = explorer.explore(function, &entries, &flows)?;
+        frame.functions_on(of.number as u32).push(explored);
+        Ok(())
     }
 
     /// The register that points into the rings of samples: its word is loaded from memory, so

@@ -78,6 +78,9 @@ pub struct Annotations {
     /// The entry lies inside a function, behind what saved its registers: that its return finds the
     /// caller is not checked.
     pub inside: bool,
+    /// Some ways end with more on the stack than others: where the stack pointer is at the end is
+    /// not asked.
+    pub ends_apart: bool,
     /// What the caller goes on with, as far as the return's cycles depend on it; where it is not
     /// known, the most expensive.
     pub return_to: Option<Target>,
@@ -149,6 +152,8 @@ pub struct Bound {
     pub class: Evidence,
     /// Whether every path ends with a pipeline that remembers nothing.
     pub settled: bool,
+    /// Nothing in the pipeline at an end delays what follows.
+    pub delays_nobody: bool,
     /// Bytes of stack, at most.
     pub stack_bytes_max: u32,
     /// Bytes by which the stack pointer is above its place at the entry when a path ends.

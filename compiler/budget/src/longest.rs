@@ -36,12 +36,19 @@ pub struct Longest {
     class: Evidence,
     infeasible: u32,
     merged: bool,
-    settled: bool,
+    ends: Ends,
     entry: u32,
     /// An access that may meet memory without a known time.
     unknown_time: Option<UnknownTime>,
     /// The largest index of each table branch.
     pub indices: BTreeMap<u32, u32>,
+}
+
+/// What is in the pipeline at ends: whether it remembers something, and delays what follows.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ends {
+    remember: bool,
+    delay: bool,
 }
 
 struct Search<'a> {
@@ -50,7 +57,7 @@ struct Search<'a> {
     /// The loops that are being walked, innermost last.
     open_loops: Vec<OpenLoop<'a>>,
     end: Option<(u64, Chain)>,
-    settled: bool,
+    ends: Ends,
 }
 
 /// A loop that is being walked from one state of its head.
@@ -91,7 +98,7 @@ impl Longest {
             arriving,
             open_loops: Vec::new(),
             end: None,
-            settled: true,
+            ends: Ends::default(),
         };
         let facts = Facts::of_registers(&query.annotations.entered);
         let start = State {
@@ -114,7 +121,7 @@ impl Longest {
                     ..
                 },
             end,
-            settled,
+            ends,
             ..
         } = search;
         Self {
@@ -123,7 +130,7 @@ impl Longest {
             class,
             infeasible,
             merged,
-            settled,
+            ends,
             entry: query.entry,
             unknown_time,
             indices,
@@ -161,7 +168,8 @@ impl Longest {
             cycles_max,
             path: self.arena.steps(chain),
             class: self.class,
-            settled: self.settled,
+            settled: !self.ends.remember,
+            delays_nobody: !self.ends.delay,
             stack_bytes_max: stack.deepest,
             stack_left: stack.left,
             infeasible: self.infeasible,
@@ -208,7 +216,8 @@ impl<'a> Search<'a> {
             (Some(frame), to) if !frame.holds(to) => frame.exits.push((to, state)),
             (_, Destination::Block(block)) => insert(&mut self.arriving[block], state, merged),
             (_, Destination::Stop) => {
-                self.settled &= state.pipe == Pipe::default();
+                self.ends.remember |= state.pipe != Pipe::default();
+                self.ends.delay |= !state.pipe.delays_nobody();
                 if self.end.is_none_or(|(cycles, _)| cycles < state.cycles) {
                     self.end = Some((state.cycles, state.chain));
                 }

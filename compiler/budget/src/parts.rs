@@ -44,7 +44,7 @@ use whippen_firmware::{
 };
 
 /// Rounds of a loop that looks for the other core's number, once that is there.
-const ROUNDS: u32 = 3;
+pub(super) const ROUNDS: u32 = 3;
 
 /// The bound of a part.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -219,19 +219,19 @@ fn known_on(of: &OnCore, parts: &[PartBound], core: usize) -> Result<KnownCalls,
 }
 
 /// The loops in which the cores wait.
-fn waits(cut: &Cut) -> impl Iterator<Item = &'static str> {
-    let early = [MEET, EARLY].into_iter().filter(|_| cut.has_early());
-    let sound = [DONE].into_iter().filter(|_| cut.has_sound());
+pub(super) fn waits(cut: &Cut) -> impl Iterator<Item = &'static str> {
+    let early = [MEET, EARLY[1]].into_iter().filter(|_| cut.has_early());
+    let sound = [DONE[1]].into_iter().filter(|_| cut.has_sound());
     [WAIT, POLL[1]].into_iter().chain(early).chain(sound)
 }
 
 /// Where the legs of each core begin and end.
-fn meeting_places(cut: &Cut) -> [Vec<Option<&'static str>>; 2] {
+pub(super) fn meeting_places(cut: &Cut) -> [Vec<Option<&'static str>>; 2] {
     let (led, early) = match cut.has_early() {
-        true => (Some(LED), Some(EARLY)),
+        true => (Some(LED), Some(EARLY[0])),
         false => (None, None),
     };
-    let sound = cut.has_sound().then_some(DONE);
+    let sound = cut.has_sound().then_some(DONE[0]);
     let core0 = [Some(MEMBERS), led, Some(LEFT)];
     let core1 = [Some(POLL[0]), early, sound, Some(FINISHED)];
     let there = |places: &[Option<&'static str>]| -> Vec<Option<&'static str>> {
@@ -248,7 +248,7 @@ fn meeting_places(cut: &Cut) -> [Vec<Option<&'static str>>; 2] {
 }
 
 /// Words that core 0 writes to the memory of core 1 in its legs.
-fn crossing(cut: &Cut) -> impl Iterator<Item = u32> {
+pub(super) fn crossing(cut: &Cut) -> impl Iterator<Item = u32> {
     let early = cut.has_early().then(|| cut.crossing_early());
     early.into_iter().chain([cut.crossing_heard()])
 }
@@ -339,23 +339,9 @@ impl OnCore<'_> {
         parts: &[PartBound],
     ) -> Result<Helped, NotBounded> {
         debug_assert_eq!(cut.parts.len(), parts.len());
-        let place = |name: &str| find(self.program, name);
         let at = |of: &OnCore, entry: &str, stop: Option<&str>, rounds| {
-            // The way on which core 0 gives up before its members is no longer than a tick.
-            let gives_up = (stop == Some(LEFT) && cut.has_early()).then_some(UNMET);
-            let stops = stop.into_iter().chain(gives_up).map(place);
-            let stops = stops.collect::<Result<BTreeSet<u32>, NotBounded>>()?;
-            let mut annotations = Annotations {
-                known: known_on(of, parts, of.number)?,
-                bases: of.stack_base()?,
-                inside: true,
-                stops,
-                ..of.program.annotations.clone()
-            };
-            for head in waits(cut) {
-                annotations.loops.insert(place(head)?, rounds);
-            }
-            bound(&of.query(place(entry)?, &annotations))
+            let known = known_on(of, parts, of.number)?;
+            of.bound_leg(cut, known, [Some(entry), stop], rounds)
         };
         let legs = |of: &OnCore, places: &[Option<&str>], visits_cycles: &[u64]| {
             let ends = places.windows(2).zip(visits_cycles.iter().chain(&[0; 4]));
@@ -385,6 +371,38 @@ impl OnCore<'_> {
         let stacks = helped.core1.iter().map(|leg| leg.late.stack_bytes_max);
         helper.has_stack_room(helper.stack()?.0, stacks.max().unwrap_or(0))?;
         Ok(helped)
+    }
+
+    /// From a place to the next one where the cores meet, or to the end, with so many rounds of
+    /// each wait.
+    fn bound_leg(
+        &self,
+        cut: &Cut,
+        known: KnownCalls,
+        [entry, stop]: [Option<&str>; 2],
+        rounds: u32,
+    ) -> Result<Bound, NotBounded> {
+        let place = |name: &str| find(self.program, name);
+        let entry = place(entry.unwrap_or_default())?;
+        // The way on which core 0 gives up before its members is no longer than a tick.
+        let gives_up = (stop == Some(LEFT) && cut.has_early()).then_some(UNMET);
+        let stops = stop.into_iter().chain(gives_up).map(place);
+        let mut annotations = Annotations {
+            known,
+            bases: self.stack_base()?,
+            inside: true,
+            stops: stops.collect::<Result<BTreeSet<u32>, NotBounded>>()?,
+            ..self.program.annotations.clone()
+        };
+        for head in waits(cut) {
+            annotations.loops.insert(place(head)?, rounds);
+        }
+        let leg = bound(&self.query(entry, &annotations))?;
+        match leg.delays_nobody {
+            true => Ok(leg),
+            // The next leg is bounded as if nothing were in the pipeline.
+            false => Err(NotBounded::Unsettled { address: entry }),
+        }
     }
 
     /// A frame until it calls the parts, and these until core 0 begins to start core 1. Both may

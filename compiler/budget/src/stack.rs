@@ -123,7 +123,8 @@ impl<'a> StackSearch<'a> {
 
     /// An end: the stack pointer is at the same place at all of them.
     fn leave(&mut self, block: &Block, arriving: &StackSlot) -> Result<(), NotBounded> {
-        if *self.left.get_or_insert(arriving.sp) == arriving.sp {
+        let apart = self.query.annotations.ends_apart;
+        if *self.left.get_or_insert(arriving.sp) == arriving.sp || apart {
             return Ok(());
         }
         let address = block.last().map_or(0, |item| item.address);

@@ -10,8 +10,9 @@
 
 @ R0: the number of this tick: as many as there were eights of words; R1: 0. Frames of the coming tick begin at once, so what the tick
 @ before has made is sent first. A tick that is late for that, or finds words in a queue that should have gone, sends nothing, and its
-@ number is one too large: that is a missed tick, so all forces go to zero. So it is where no eight is new and whole in every ring, because frames stop, a word was lost or one came too
-@ many: sensor words stay as they were. After 10 ms of that the amplifiers are switched off.
+@ number is one too large: that is a missed tick, so all forces go to zero. So it is where no eight is new and whole in every ring,
+@ because frames stop, a word was lost or one came too many: sensor words stay as they were. After 10 ms of that the amplifiers are
+@ switched off.
         .global board_begin
         .type   board_begin, %function
 board_begin:

@@ -214,19 +214,8 @@ find_all:
         movs    r1, #KNOBS
         mov     r11, r1
 find_motor:
-        movs    r5, #0
-2:      ldr     r1, =ALIGN              @ raise
-        ldr     r2, =RAISE
-        muls    r1, r5, r1
-        udiv    r1, r1, r2
-        mov     r0, #16384
-        mov     r2, r10
-        bl      board_phases
-        bl      next_word
-        adds    r5, #1
-        ldr     r2, =RAISE
-        cmp     r5, r2
-        bne     2b
+        mov     r9, #16384              @ where the field begins to turn
+        bl      raise
         movs    r5, #0
 3:      bl      field                   @ forward
         adds    r5, #1
@@ -265,11 +254,8 @@ find_motor:
         mov     r0, #32768              @ phase a is minus the sine
         sub     r0, r0, r1
         str     r0, [r4, #K_OFFSET]
-        movs    r0, #0
         movs    r1, #0
-        mov     r2, r10
-        bl      board_phases            @ no force
-        bl      next_word
+        bl      hold                    @ no force
         adds    r4, #64                 @ the next one
         add     r10, r10, #12
         subs    r11, r11, #1
@@ -340,6 +326,32 @@ limit:  ldr     r4, =knob
         subs    r0, #1
         bne     1b
         bx      lr
+
+@ A field at the electrical angle R9 grows. R6: a counter.
+        .global raise
+        .type   raise, %function
+raise:  push    {lr}
+        movs    r6, #0
+1:      ldr     r1, =ALIGN
+        ldr     r2, =RAISE
+        muls    r1, r6, r1
+        udiv    r1, r1, r2
+        bl      hold
+        adds    r6, #1
+        ldr     r2, =RAISE
+        cmp     r6, r2
+        bne     1b
+        pop     {pc}
+
+@ A field at the electrical angle R9, with the amplitude R1; then a word.
+        .global hold
+        .type   hold, %function
+hold:   push    {lr}
+        mov     r0, r9
+        mov     r2, r10
+        bl      board_phases
+        bl      next_word
+        pop     {pc}
 
 @ The field at step R5 of 8192 of an electrical turn, which begins and ends slowly; then a word.
 field:  push    {lr}

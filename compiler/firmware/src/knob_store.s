@@ -90,16 +90,7 @@ check_alignment:
         ldr     r0, [r4, #K_OFFSET]
         add     r9, r9, r0
         sub     r9, r9, #16384          @ a quarter behind the voltage of a torque
-        movs    r6, #0
-2:      ldr     r1, =ALIGN
-        ldr     r2, =RAISE
-        muls    r1, r6, r1
-        udiv    r1, r1, r2
-        bl      hold
-        adds    r6, #1
-        ldr     r2, =RAISE
-        cmp     r6, r2
-        bne     2b
+        bl      raise
         bl      hold_on
         ldr     r0, [r4, #K_POSITION]
         sub     r5, r0, r8              @ how far it did not stand
@@ -136,14 +127,6 @@ check_alignment:
         pop     {r4-r6, r8-r11, pc}
 8:      movs    r0, #0
         pop     {r4-r6, r8-r11, pc}
-
-@ A field at the electrical angle R9, with the amplitude R1; then a word.
-hold:   push    {lr}
-        mov     r0, r9
-        mov     r2, r10
-        bl      board_phases
-        bl      next_word
-        pop     {pc}
 
 @ The field moves by R0 in each of so many ticks that they are a twelfth of a turn, then stands there until the magnet does.
 move_on:

@@ -71,11 +71,12 @@ pub const LEFT: &str = "core0_left";
 pub const WAIT: &str = "core0_wait";
 /// Where core 1 begins to look for `go`, and the loop in which it does.
 pub const POLL: [&str; 2] = ["core1_poll", "core1_wait"];
-/// The loop in which core 1, done with what is early, waits for what the head leaves.
-pub const EARLY: &str = "core1_early";
-/// The loop in which core 1, done with its members, waits for what those of core 0 leave for what
-/// is heard.
-pub const DONE: &str = "core1_done";
+/// Where core 1, done with what is early, begins to look for what the head leaves, and the loop in
+/// which it does.
+pub const EARLY: [&str; 2] = ["core1_early", "core1_early_wait"];
+/// Where core 1, done with its members, begins to look for what those of core 0 leave for what is
+/// heard, and the loop in which it does.
+pub const DONE: [&str; 2] = ["core1_done", "core1_done_wait"];
 /// Where core 0 gives a tick up.
 pub const LATE: &str = "core0_late";
 /// Where core 1 has written its last number of a tick.

@@ -1,21 +1,21 @@
 //! All states at all points of a function, found by the checker's own steps.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
+use whippen_audit as audit;
 use whippen_audit::{
-    Around, Arrival, Certificate, Cost, Facts, Function, Kind, Last, Node, Piece, Place, Refusal,
-    Seen, State, Stepper, Tag, walk,
+    Around, Arrival, Certificate, Cost, Facts, Function, Kind, Last, NEVER, Node, Piece, Place,
+    Refusal, Seen, State, Stepper, Tag, walk,
 };
 use whippen_isa::timing::{Core, Evidence, Pipe};
 
+use super::explored::{Explored, Follows, Spot};
 use super::finish::finished;
 use super::potential;
 use super::tighten::{join, tighten};
+use crate::Flow;
 use crate::graph::Graph;
 use crate::memory::SOMEWHERE;
-use crate::order::{Element, Loop};
-use crate::relevant::{Relevance, Relevant, writes};
-use crate::{Annotations, Flow};
 
 /// States at one point at most; more are joined.
 const STATES_MAX: usize = 64;
@@ -24,64 +24,15 @@ const TRIES_MAX: usize = 64;
 /// How often joined states are cut down to what arrives.
 const TIGHTENED_MAX: usize = 64;
 
+/// Where pieces begin: with which stack, and which pipeline.
+type Places = BTreeMap<u32, (Place, Pipe)>;
+
 /// What a function is explored with.
 pub struct Explorer<'a> {
     pub core: &'a Core,
     pub around: &'a Around<'a>,
     pub certificate: &'a Certificate,
     pub costs: &'a [Option<Cost>],
-    pub annotations: &'a Annotations,
-}
-
-/// A place in the code where states are gathered.
-#[derive(Debug, Clone)]
-pub struct Spot {
-    pub node: Node,
-    /// Facts that are worth keeping.
-    relevant: Relevant,
-    /// The loops that it is in, outermost first.
-    pub loops: Vec<u32>,
-    pub place: Option<Place>,
-    pub states: Vec<(Pipe, Facts)>,
-    /// What follows each.
-    pub follows: Vec<Vec<Follows>>,
-}
-
-impl Spot {
-    fn set_follows(&mut self, nth: usize, follows: Vec<Follows>) {
-        let count = self.follows.len().max(nth + 1);
-        self.follows.resize(count, Vec::new());
-        self.follows[nth] = follows;
-    }
-}
-
-/// What follows a state.
-#[derive(Debug, Clone)]
-pub struct Follows {
-    pub cycles: i64,
-    /// A state at a spot, or the end.
-    pub to: Option<(usize, usize)>,
-    /// The facts and pipeline with which it comes there.
-    pub state: (Pipe, Facts),
-}
-
-/// A loop of a piece.
-#[derive(Debug, Clone)]
-pub struct LoopOfPiece {
-    pub context: u32,
-    pub head: u32,
-    pub rounds_max: u32,
-}
-
-/// A piece under exploration.
-pub struct Explored {
-    pub spots: Vec<Spot>,
-    pub rounds: Vec<LoopOfPiece>,
-    pub index: HashMap<(u32, u32), usize>,
-    /// States whose followers are to be found.
-    pub open: BTreeSet<(usize, usize)>,
-    /// The cycles of the longest instruction.
-    pub longest: u64,
 }
 
 impl Explorer<'_> {
@@ -106,7 +57,7 @@ impl Explorer<'_> {
             }
         }
         let first = Place::entered();
-        let mut places: BTreeMap<u32, Place> = [(entries[0], first)].into();
+        let mut places: Places = [(entries[0], (first, Pipe::default()))].into();
         for entry in entries {
             function.pieces.push(Piece {
                 entry: *entry,
@@ -125,13 +76,13 @@ impl Explorer<'_> {
                     true => self.entered(&function),
                     false => Facts::default(),
                 };
-                if let Some(place) = places.get(entry).cloned() {
+                if let Some(start) = places.get(entry).cloned() {
                     let mut run = Run {
                         own: self,
                         function: &function,
                         seen: &mut seen,
                     };
-                    again |= run.explore(piece, *entry, &place, facts, &mut places)?;
+                    again |= run.explore(piece, start, facts, &mut places)?;
                 }
             }
             if !again {
@@ -147,7 +98,7 @@ impl Explorer<'_> {
         &self,
         function: Function,
         pieces: Vec<Explored>,
-        places: &BTreeMap<u32, Place>,
+        places: &Places,
         seen: &mut Seen,
     ) -> Result<Function, Refusal> {
         let mut function = function;
@@ -171,9 +122,12 @@ impl Explorer<'_> {
                 run.explore_open(&mut explored, &mut places)?;
                 remains = potential::remains(&mut explored, (start, &facts), idle)?;
             }
-            let place = places.get(&entry).cloned().unwrap_or_default();
+            let (place, _) = places.get(&entry).cloned().unwrap_or_default();
             function.pieces[number] = finished(entry, &explored, &remains, place, kind, self.core);
             facts = Facts::default();
+        }
+        if let Some((at, pipe)) = &mut function.until {
+            *pipe = places.get(at).map_or(0, |(_, pipe)| pipe.to_bits());
         }
         Ok(function)
     }
@@ -198,7 +152,9 @@ impl Explorer<'_> {
                 function.fetched |= self.around.fetched_at(target.address);
             }
         }
-        if let (Kind::Keys | Kind::Plain, None) = (function.kind, function.returns) {
+        let blocks = graph.blocks.iter().flat_map(|block| &block.edges);
+        let mut targets = blocks.filter_map(|edge| edge.taken);
+        if targets.any(|target| target.address == SOMEWHERE) {
             function.fetched |= self.around.fetched_at(SOMEWHERE);
         }
     }
@@ -224,96 +180,6 @@ fn contexts_of(function: &mut Function, graph: &Graph) -> Vec<u32> {
     numbers
 }
 
-impl Explored {
-    fn new(function: &Function, flow: &Flow, contexts: &[u32]) -> Self {
-        let graph = &flow.graph;
-        let relevance = Relevance::of(graph, true);
-        let mut own = Self {
-            spots: Vec::new(),
-            rounds: Vec::new(),
-            index: HashMap::new(),
-            open: BTreeSet::new(),
-            longest: 0,
-        };
-        let idle = function.kind == Kind::Idle;
-        let mut order = Vec::new();
-        let mut nest = Vec::new();
-        match idle {
-            true => order.extend((0..graph.blocks.len()).map(|block| (block, Vec::new(), !0))),
-            false => own.order(&flow.order.elements, graph, contexts, &mut nest, &mut order),
-        }
-        for (block, loops, kept) in order {
-            let items = &graph.blocks[block].items;
-            for (nth, item) in items.iter().enumerate() {
-                let before = nth.checked_sub(1).map(|before| &items[before].inst);
-                let relevant = match (before, idle) {
-                    (_, true) if nth == 0 => Some(0),
-                    (None, _) => Some(relevance.before[block] & kept),
-                    (Some(before), false) if before.is_conditional() => {
-                        Some(relevance.behind[block][nth - 1])
-                    }
-                    _ => None,
-                };
-                let (context, at) = (contexts[graph.blocks[block].context], item.address);
-                let node = Node { context, at, it: 0 };
-                if let Some(relevant) = relevant {
-                    own.index.insert((context, at), own.spots.len());
-                    own.spots.push(Spot {
-                        node,
-                        relevant,
-                        loops: loops.clone(),
-                        place: None,
-                        states: Vec::new(),
-                        follows: Vec::new(),
-                    });
-                }
-            }
-        }
-        own
-    }
-
-    /// Blocks in order, with the loops that they are in and what may be known at heads.
-    fn order(
-        &mut self,
-        elements: &[Element],
-        graph: &Graph,
-        contexts: &[u32],
-        nest: &mut Vec<u32>,
-        order: &mut Vec<(usize, Vec<u32>, Relevant)>,
-    ) {
-        for element in elements {
-            match element {
-                Element::Block(block) if order.iter().any(|(known, ..)| known == block) => {}
-                Element::Block(block) => order.push((*block, nest.clone(), !0)),
-                Element::Loop(around) => {
-                    let head = &graph.blocks[around.head];
-                    nest.push(self.rounds.len() as u32);
-                    self.rounds.push(LoopOfPiece {
-                        context: contexts[head.context],
-                        head: head.address(),
-                        rounds_max: around.rounds_max,
-                    });
-                    order.push((around.head, nest.clone(), !changed(graph, around)));
-                    self.order(&around.body, graph, contexts, nest, order);
-                    nest.pop();
-                }
-            }
-        }
-    }
-}
-
-/// What a loop changes.
-fn changed(graph: &Graph, around: &Loop) -> Relevant {
-    let blocks = around.members.iter().map(|block| &graph.blocks[*block]);
-    let calls = blocks
-        .clone()
-        .flat_map(|block| &block.edges)
-        .any(|edge| edge.known.is_some());
-    let items = blocks.flat_map(|block| &block.items);
-    let changed = items.fold(0, |set, item| set | writes(&item.inst));
-    if calls { !0 } else { changed }
-}
-
 /// One try.
 struct Run<'a, 's> {
     own: &'a Explorer<'a>,
@@ -326,32 +192,28 @@ impl Run<'_, '_> {
     fn explore(
         &mut self,
         piece: &mut Explored,
-        entry: u32,
-        place: &Place,
+        (place, pipe): (Place, Pipe),
         facts: Facts,
-        places: &mut BTreeMap<u32, Place>,
+        places: &mut Places,
     ) -> Result<bool, Refusal> {
         for spot in &mut piece.spots {
             (spot.states, spot.follows) = (Vec::new(), Vec::new());
         }
+        piece.begins = pipe;
         let start = State {
-            pipe: Pipe::default(),
+            pipe,
             facts,
-            place: place.clone(),
+            place,
             last: Last::default(),
         };
-        let (context, at, it) = (0, entry, 0);
+        let (context, at, it) = (0, piece.entry, 0);
         let mut again = false;
         self.arrive(piece, Node { context, at, it }, &start, &mut again)?;
         Ok(again | self.explore_open(piece, places)?)
     }
 
     /// Finds what follows all open states; whether stacks turned out otherwise.
-    fn explore_open(
-        &mut self,
-        piece: &mut Explored,
-        places: &mut BTreeMap<u32, Place>,
-    ) -> Result<bool, Refusal> {
+    fn explore_open(&mut self, piece: &mut Explored, places: &mut Places) -> Result<bool, Refusal> {
         let stepper = Stepper {
             core: self.own.core,
             around: self.own.around,
@@ -359,7 +221,7 @@ impl Run<'_, '_> {
             function: self.function,
             costs: self.own.costs,
         };
-        let ends = self.own.annotations.stops.clone();
+        let ends = audit::ends(self.function, &self.entries(), piece.entry);
         let mut again = false;
         let index: BTreeSet<(u32, u32)> = piece.index.keys().copied().collect();
         while let Some((number, nth)) = piece.open.pop_first() {
@@ -374,7 +236,7 @@ impl Run<'_, '_> {
             piece.longest = longest;
             let mut follows = Vec::new();
             for (arrival, state, cycles) in arrived {
-                let to = match arrival {
+                let to = match arrival.clone() {
                     Arrival::Point(node) => Some(self.arrive(piece, node, &state, &mut again)?),
                     Arrival::Piece(at) => {
                         again |= self.hand_over(at, &state, places);
@@ -382,8 +244,9 @@ impl Run<'_, '_> {
                     }
                     Arrival::Return => None,
                 };
+                let never = arrival == Arrival::Return && self.function.kind == Kind::Until;
                 let state = (state.pipe, state.facts);
-                let cycles = cycles as i64;
+                let cycles = cycles as i64 + if never { NEVER } else { 0 };
                 follows.push(Follows { cycles, to, state });
             }
             piece.spots[number].set_follows(nth, follows);
@@ -391,14 +254,21 @@ impl Run<'_, '_> {
         Ok(again)
     }
 
+    fn entries(&self) -> Vec<u32> {
+        let pieces = self.function.pieces.iter();
+        pieces.map(|piece| piece.entry).collect()
+    }
+
     /// Another piece begins: with what registers are assumed to point to there.
-    fn hand_over(&self, at: u32, state: &State, places: &mut BTreeMap<u32, Place>) -> bool {
+    fn hand_over(&self, at: u32, state: &State, places: &mut Places) -> bool {
         let mut state = state.clone();
         for (register, section) in &self.function.bases {
             let tag = &mut state.place.registers[usize::from(*register & 15)];
             tag.get_or_insert(Tag::Section(*section));
         }
-        self.meet_place(places.entry(at).or_insert_with(nowhere), &state)
+        let first = || (nowhere(), state.pipe);
+        // The checker refuses a second pipeline.
+        self.meet_place(&mut places.entry(at).or_insert_with(first).0, &state)
     }
 
     /// A state comes to a spot: its number there.

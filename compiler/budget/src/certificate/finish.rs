@@ -6,7 +6,7 @@ use whippen_audit::{Kind, Piece, Place, Point};
 use whippen_isa::ItState;
 use whippen_isa::timing::Core;
 
-use super::explore::Explored;
+use super::explored::Explored;
 use super::potential::Remains;
 
 /// As a piece of a certificate, with the cycles that remain.
@@ -21,6 +21,7 @@ pub fn finished(
     let idle = kind == Kind::Idle;
     let mut piece = Piece {
         entry,
+        begins: explored.begins.to_bits(),
         ..Piece::default()
     };
     piece.place = number(&mut piece.places, own);

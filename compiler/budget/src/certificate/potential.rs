@@ -4,7 +4,7 @@
 use whippen_audit::{Facts, Refusal};
 use whippen_isa::timing::Pipe;
 
-use super::explore::{Explored, Spot};
+use super::explored::{Explored, Spot};
 
 /// Less than anything.
 const NOTHING: i64 = i64::MIN / 4;
@@ -49,7 +49,7 @@ pub fn remains(
     let first = cheapest(
         &explored.spots[start],
         &all[start],
-        &(Pipe::default(), facts.clone()),
+        &(explored.begins, facts.clone()),
     );
     let first = first.ok_or_else(|| Refusal::at(explored.spots[start].node.at, "is not met"))?;
     let mut reached: Vec<Vec<bool>> = explored
@@ -77,7 +77,7 @@ pub fn remains(
     let kept: Vec<Vec<(usize, i64)>> = reached.iter().zip(&all).map(of_spot).collect();
     Ok(Remains {
         first,
-        entry: all[start][first],
+        entry: all[start][first] + enters(explored, &rounds, start),
         kept,
         rounds,
         longest: explored.longest,
@@ -119,21 +119,22 @@ fn choose(explored: &mut Explored, all: &[Vec<i64>]) -> bool {
     changed
 }
 
+/// What the rounds add of a loop whose head is the entry.
+fn enters(explored: &Explored, rounds: &[i64], start: usize) -> i64 {
+    go_on(explored, rounds, &[], Some(start))
+}
+
 /// What a step adds to the cycles that remain where it leads, for the loops that it enters, goes
 /// round and leaves; none where it leaves `within`.
 fn step(explored: &Explored, rounds: &[i64], from: &Spot, to: Option<usize>) -> i64 {
+    go_on(explored, rounds, &from.loops, to)
+}
+
+fn go_on(explored: &Explored, rounds: &[i64], from: &[u32], to: Option<usize>) -> i64 {
     let none = Vec::new();
     let into = to.map_or(&none, |to| &explored.spots[to].loops);
-    let same = from
-        .loops
-        .iter()
-        .zip(into)
-        .take_while(|(a, b)| a == b)
-        .count();
-    let left: i64 = from.loops[same..]
-        .iter()
-        .map(|own| rounds[*own as usize])
-        .sum();
+    let same = from.iter().zip(into).take_while(|(a, b)| a == b).count();
+    let left: i64 = from[same..].iter().map(|own| rounds[*own as usize]).sum();
     let head = to.and_then(|to| {
         let node = explored.spots[to].node;
         let last = *into.last()? as usize;

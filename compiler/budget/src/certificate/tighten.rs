@@ -4,7 +4,7 @@
 
 use whippen_audit::{Facts, NONE, PLACES};
 
-use super::explore::Explored;
+use super::explored::Explored;
 use super::potential::Remains;
 use crate::relevant::FLAGS;
 

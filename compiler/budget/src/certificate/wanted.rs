@@ -19,6 +19,8 @@ use super::{Framed, NotCertified};
 pub(super) struct Wanted<'a> {
     pub name: &'a str,
     pub kind: Kind,
+    /// Where it ends, if that is a place in it.
+    pub until: Option<u32>,
     /// Entries of its pieces.
     pub entries: Vec<u32>,
     pub annotations: Annotations,
@@ -33,8 +35,10 @@ impl Framed<'_> {
         of: &OnCore<'a>,
         calls: &Calls,
     ) -> Result<Vec<Wanted<'a>>, NotCertified> {
-        let (program, running, playing) = (self.program, of.running, of.playing);
-        let own = || program.annotations.clone();
+        if let Some(cut) = &of.playing.cut {
+            return self.cut(of, calls, cut);
+        }
+        let playing = of.playing;
         let zones = &playing.zones;
         let is_split = playing.is_split();
         // Zones come back to different places: to the most expensive.
@@ -57,6 +61,20 @@ impl Framed<'_> {
             let begins = self.calls_of_zones(calls.begin, begins)?;
             all.push(self.begun(of, &playing.name, keys, begins)?);
         }
+        self.around_keys(of, &mut all, calls, called)?;
+        Ok(all)
+    }
+
+    /// What runs between ticks, and the handler with its calls of keys.
+    pub(super) fn around_keys<'a>(
+        &'a self,
+        of: &OnCore<'a>,
+        all: &mut Vec<Wanted<'a>>,
+        calls: &Calls,
+        called: [(u32, u32); 3],
+    ) -> Result<(), NotCertified> {
+        let (program, running) = (self.program, of.running);
+        let own = || program.annotations.clone();
         let sleeping = Annotations {
             sleeps: true,
             ..own()
@@ -68,6 +86,7 @@ impl Framed<'_> {
         all.push(Wanted {
             name: running.idle,
             kind: Kind::Idle,
+            until: None,
             entries: vec![find(program, running.idle)?],
             annotations: sleeping,
             calls: Vec::new(),
@@ -75,15 +94,16 @@ impl Framed<'_> {
         all.push(Wanted {
             name: running.handler,
             kind: Kind::Handler,
+            until: None,
             entries: vec![find(program, running.handler)?],
             annotations: handled,
             calls: calls.certified(called),
         });
-        Ok(all)
+        Ok(())
     }
 
     /// The tick of the keys of that name.
-    fn ticked<'a>(
+    pub(super) fn ticked<'a>(
         &'a self,
         of: &OnCore<'a>,
         name: &'a str,
@@ -94,6 +114,7 @@ impl Framed<'_> {
         Ok(Wanted {
             name,
             kind: Kind::Keys,
+            until: None,
             entries: [tick].into_iter().chain(modes).chain([end]).collect(),
             annotations: Annotations {
                 return_to,
@@ -105,7 +126,7 @@ impl Framed<'_> {
     }
 
     /// What begins one of so many keys of that name.
-    fn begun<'a>(
+    pub(super) fn begun<'a>(
         &'a self,
         of: &OnCore<'a>,
         name: &'a str,
@@ -115,6 +136,7 @@ impl Framed<'_> {
         Ok(Wanted {
             name: "begin",
             kind: Kind::Plain,
+            until: None,
             entries: vec![find(self.program, &format!("{name}_begin"))?],
             annotations: Annotations {
                 entered: of.entered(name, Some(keys)),
@@ -128,16 +150,29 @@ impl Framed<'_> {
     fn row<'a>(&'a self, of: &OnCore<'a>, calls: &Calls) -> Result<Wanted<'a>, NotCertified> {
         let zones = of.playing.zones.iter().enumerate();
         let ticks = zones.map(|(at, zone)| (zone, "tick", at as u32, zone.keys()));
+        let ticks = self.calls_of_zones(calls.tick, ticks)?;
+        self.row_of(of, calls, "zones", ticks)
+    }
+
+    /// What calls the keys' code of a core piece by piece.
+    pub(super) fn row_of<'a>(
+        &'a self,
+        of: &OnCore<'a>,
+        calls: &Calls,
+        name: &'a str,
+        called: Vec<audit::Call>,
+    ) -> Result<Wanted<'a>, NotCertified> {
         Ok(Wanted {
-            name: "zones",
+            name,
             kind: Kind::Plain,
+            until: None,
             entries: vec![calls.tick],
             annotations: Annotations {
                 return_to: calls.return_to,
                 entered: of.entered(&of.playing.name, None),
                 ..self.program.annotations.clone()
             },
-            calls: self.calls_of_zones(calls.tick, ticks)?,
+            calls: called,
         })
     }
 
@@ -153,6 +188,16 @@ impl Framed<'_> {
             let callee = find(self.program, &format!("{}_{what}", zone.name))?;
             costs.insert(callee, (number, keys));
         }
+        self.calls_from(entry, &costs)
+    }
+
+    /// The calls of functions in what an entry leads to: each function with its number in the frame
+    /// and how many keys it ticks.
+    pub(super) fn calls_from(
+        &self,
+        entry: u32,
+        costs: &BTreeMap<u32, (u32, u32)>,
+    ) -> Result<Vec<audit::Call>, NotCertified> {
         let known = costs.keys().map(|callee| (None, *callee));
         let annotations = Annotations {
             known: known.map(|call| (call, Known::default())).collect(),

@@ -275,11 +275,16 @@ impl Calls<'_> {
             self.meet(period);
         }
         self.run(&members);
-        self.turn();
+        // Behind a barrier nothing is late in the pipeline, or what loads the number is behind it.
+        let left = format!("        .global {LEFT}\n{LEFT}:");
         if self.cut.has_sound() {
+            self.turn();
             self.give("core1_left");
+            self.line(&left);
+        } else {
+            self.line(&left);
+            self.turn();
         }
-        self.line(&format!("        .global {LEFT}\n{LEFT}:"));
         self.wait("core0_done", WAIT, period);
         self.line(
             "        movs    r0, #0
@@ -350,12 +355,13 @@ impl Calls<'_> {
     }
 
     /// Core 1 writes the number that it has seen, and waits until core 0 has written it, too.
-    fn tell_and_wait(&mut self, told: &str, word: &str, label: &str) {
+    fn tell_and_wait(&mut self, told: &str, word: &str, [look, wait]: [&str; 2]) {
         self.tell(told);
         self.line(&format!(
-            "        ldr     r0, ={word}
-        .global {label}
-{label}:
+            "        .global {look}, {wait}
+{look}:
+        ldr     r0, ={word}
+{wait}:
 @! rounds 3
 2:      ldr     r2, [r0]
         cmp     r2, r1
