@@ -56,7 +56,7 @@ board_serial_send:
         .global board_listen
         .type   board_listen, %function
 board_listen:
-        .ifdef  COLUMNS_USED            @ ticks send at their beginning: the first one shall not be late
+        .ifdef  TICK_SLICE              @ the first tick shall not be late: an interrupt of before is none
         ldr     r1, =PWM + 0xf4
         ldr     r0, =1 << TICK_SLICE
         str     r0, [r1]                @ INTR
