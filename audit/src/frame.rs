@@ -92,7 +92,7 @@ pub fn costs(
         let callee =
             callee.filter(|own| own.pieces.first().map(|own| own.entry) == Some(call.callee));
         let known = match callee.map(|own| own.kind) {
-            Some(Kind::Legs) => Some(Meetings::of(around, frame)?.cost()),
+            Some(Kind::Legs) if keys == 0 => Some(Meetings::of(around, frame)?.cost()),
             _ => callee.and_then(|callee| cost(callee, keys)),
         };
         let why = "costs what no function before it does";

@@ -6,6 +6,10 @@
 //! bank that the function is fetched from; behind a bridge that a DMA uses, or the other core in
 //! its ticks, what that holds it for.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::rc::Rc;
+
 use whippen_isa::{Inst, reg};
 
 use crate::Refusal;
@@ -13,6 +17,7 @@ use crate::access::{RANGE, addresses, fetches, is_store, words};
 use crate::certificate::{Bus, Certificate, Memory};
 use crate::elf::{Elf, Section};
 use crate::facts::{ALL, Facts, Interval, holds};
+use crate::step::Decoded;
 
 /// The target of a return whose place is not known: in the upper half of a word of the core's code.
 pub(crate) const SOMEWHERE: u32 = 2;
@@ -29,6 +34,8 @@ pub struct Around<'a> {
     pub(crate) certificate: &'a Certificate,
     /// Which core.
     pub(crate) core: u32,
+    /// Instructions that were met, by address and state of IT.
+    pub(crate) decoded: RefCell<HashMap<(u32, u8), Rc<Decoded>>>,
     /// Banks of its code, of its data, of its stack.
     pub(crate) code: Banks,
     data: Banks,
@@ -113,6 +120,7 @@ impl<'a> Around<'a> {
             elf,
             certificate,
             core,
+            decoded: RefCell::default(),
             code: 0,
             data: 0,
             stack: 0,

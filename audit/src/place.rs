@@ -51,21 +51,21 @@ impl Place {
     /// # Errors
     /// Nobody can say where it leaves the stack pointer.
     pub(crate) fn execute(&mut self, inst: &Inst, points: Option<Tag>) -> Result<(), &'static str> {
-        let (before, defs) = (self.clone(), inst.defs());
+        let (before, sp, defs) = (self.registers, self.sp, inst.defs());
+        let tag = |register: u8| before[usize::from(register & 15)];
         for register in (0..15).filter(|r| *r != reg::SP && defs.contains(RegSet::core(*r))) {
             let tag = match () {
-                () if inst.op() == Op::MOV_register && inst.amount == 0 => before.tag(inst.m),
-                () if steps(inst, register) => before.tag(register).filter(is_section),
+                () if inst.op() == Op::MOV_register && inst.amount == 0 => tag(inst.m),
+                () if steps(inst, register) => tag(register).filter(is_section),
                 () if adds_index(inst) => points.filter(is_section),
-                () => slot(inst, before.sp, register, false).and_then(|at| before.at(at)),
+                () => slot(inst, sp, register, false).and_then(|at| self.at(at)),
             };
             self.registers[usize::from(register)] = tag;
         }
-        self.store(inst, &before)?;
+        self.store(inst, sp, &before)?;
         if defs.contains(RegSet::core(reg::SP)) {
             let moved = moved(inst).ok_or("moves the stack pointer nobody knows where")?;
-            self.sp = before
-                .sp
+            self.sp = sp
                 .checked_add(moved)
                 .ok_or("moves the stack pointer too far")?;
             let sp = self.sp;
@@ -86,7 +86,12 @@ impl Place {
     }
 
     /// A store by the stack pointer: what was in the slots is gone.
-    fn store(&mut self, inst: &Inst, before: &Place) -> Result<(), &'static str> {
+    fn store(
+        &mut self,
+        inst: &Inst,
+        sp: i32,
+        before: &[Option<Tag>; 16],
+    ) -> Result<(), &'static str> {
         use Class::*;
         let class = inst.class();
         let is_store = matches!(
@@ -105,14 +110,14 @@ impl Place {
         }
         let word = class != Store || inst.op() == Op::STR_immediate;
         for register in 0..16 {
-            let Some(to) = slot(inst, before.sp, register, true) else {
+            let Some(to) = slot(inst, sp, register, true) else {
                 continue;
             };
             if to >= 0 {
                 return Err("stores into its caller's stack");
             }
             self.slots.retain(|(at, _)| (at - to).abs() >= 4);
-            let tag = before.tag(register).filter(|_| word);
+            let tag = before[usize::from(register)].filter(|_| word);
             self.slots.extend(tag.map(|tag| (to, tag)));
         }
         self.slots.sort_unstable();

@@ -6,7 +6,9 @@
 
 mod calls;
 
-use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target};
+use std::rc::Rc;
+
+use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target, Timed};
 use whippen_isa::{Class, Cond, Inst, ItState, Op, RegSet, decode, is_wide, reg};
 
 use crate::Refusal;
@@ -44,6 +46,15 @@ pub struct State {
     pub place: Place,
     /// The access right before; forgotten at points.
     pub last: Last,
+}
+
+/// An instruction, and what of it follows from its bytes alone.
+#[derive(Debug)]
+pub(crate) struct Decoded {
+    inst: Inst,
+    control: Control,
+    timed: Timed,
+    hands_stack: bool,
 }
 
 /// Where an instruction leads.
@@ -93,6 +104,7 @@ pub struct Stepper<'a> {
     pub costs: &'a [Option<Cost>],
 }
 
+#[derive(Debug, Clone, Copy)]
 enum Control {
     Next,
     Jump(u32),
@@ -106,6 +118,23 @@ enum Control {
 impl Stepper<'_> {
     fn elf(&self) -> &Elf {
         self.around.elf
+    }
+
+    /// The instruction at a node, which is decoded once.
+    fn decoded(&self, node: Node) -> Result<Rc<Decoded>, Refusal> {
+        let key = (node.at, node.it);
+        if let Some(known) = self.around.decoded.borrow().get(&key) {
+            return Ok(known.clone());
+        }
+        let inst = self.decode(node)?;
+        let decoded = Rc::new(Decoded {
+            control: self.control(&inst, node.at)?,
+            timed: self.core.prepare(&inst),
+            hands_stack: hands_stack(&inst),
+            inst,
+        });
+        let mut all = self.around.decoded.borrow_mut();
+        Ok(all.entry(key).or_insert(decoded).clone())
     }
 
     fn decode(&self, node: Node) -> Result<Inst, Refusal> {
@@ -133,7 +162,6 @@ impl Stepper<'_> {
     /// What an instruction does to the flow of control.
     fn control(&self, inst: &Inst, at: u32) -> Result<Control, Refusal> {
         let relative = at.wrapping_add(4).wrapping_add(inst.imm);
-        let sleeps = matches!(inst.op(), Op::WFE | Op::WFI);
         let (class, told) = (inst.class(), self.targets(at).is_some());
         Ok(match class {
             Class::Branch | Class::CompareBranch => Control::Jump(relative),
@@ -142,9 +170,6 @@ impl Stepper<'_> {
             Class::TableBranch => Control::Table,
             Class::Exception | Class::Security => {
                 return Err(Refusal::at(at, "leaves the code's own hands"));
-            }
-            Class::Wait if sleeps && self.function.kind != Kind::Idle => {
-                return Err(Refusal::at(at, "sleeps"));
             }
             Class::BranchRegister if inst.m == reg::LR && !told => Control::Return,
             Class::BranchRegister => Control::Indirect,
@@ -167,16 +192,20 @@ impl Stepper<'_> {
     /// # Errors
     /// What cannot be followed.
     pub fn step(&self, node: Node, state: &State, seen: &mut Seen) -> Result<Steps, Refusal> {
-        let inst = self.decode(node)?;
-        let control = self.control(&inst, node.at)?;
-        seen.hands_stack |= hands_stack(&inst);
-        if hands_stack(&inst) && !self.function.hands_stack {
+        let decoded = self.decoded(node)?;
+        let (inst, control) = (decoded.inst, decoded.control);
+        seen.hands_stack |= decoded.hands_stack;
+        if matches!(inst.op(), Op::WFE | Op::WFI) && self.function.kind != Kind::Idle {
+            return Err(Refusal::at(node.at, "sleeps"));
+        }
+        if decoded.hands_stack && !self.function.hands_stack {
             return Err(Refusal::at(node.at, "hands out an address of the stack"));
         }
         let mut step = Stepping {
             own: self,
             node,
             inst,
+            timed: &decoded.timed,
             seen,
             steps: Vec::new(),
         };
@@ -215,6 +244,7 @@ struct Stepping<'a, 's> {
     own: &'a Stepper<'a>,
     node: Node,
     inst: Inst,
+    timed: &'s Timed,
     seen: &'s mut Seen,
     steps: Steps,
 }
@@ -422,9 +452,8 @@ impl Stepping<'_, '_> {
             apart,
             ..outcome
         };
-        let timed = own.core.prepare(&inst);
-        let (pipe, cost) = own.core.issue(state.pipe, &timed, at, &outcome);
-        self.seen.class = self.seen.class.max(own.core.evidence(&timed, &cost));
+        let (pipe, cost) = own.core.issue(state.pipe, self.timed, at, &outcome);
+        self.seen.class = self.seen.class.max(own.core.evidence(self.timed, &cost));
         state.pipe = pipe;
         Ok(cost.cycles().into())
     }

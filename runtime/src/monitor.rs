@@ -10,6 +10,7 @@
 //!
 //! Not here: which port, and the command line.
 
+mod align;
 mod capture;
 mod client;
 mod frame;
@@ -17,8 +18,9 @@ pub mod openocd;
 mod replay;
 mod status;
 
+pub use align::{align, align_by_mailbox};
 pub use capture::{Capture, CapturedRow, CapturedRows, Trigger, capture_room, rows_of};
 pub use client::{Client, Facts, Link, MonitorError};
 pub use frame::{decode, encode};
 pub use replay::{Difference, Replay};
-pub use status::{BoardMemory, CoreStatus, Status, read_status};
+pub use status::{BoardMemory, BoardWrite, CoreStatus, Status, read_status};

@@ -5,7 +5,7 @@
 //!   program and options of the build --> the same image, names, places --.
 //!   port -> Client ------------------------------------------------------+--> status, values, cells
 //!                                                                        `--> capture --jit--> trace, page
-//!   image.elf, OpenOCD ------------------------------------------------------> status
+//!   image.elf, OpenOCD or a debug probe -------------------------------------> status
 //! ```
 //!
 //! Nothing here halts a board.
@@ -14,6 +14,8 @@ mod board;
 mod capturing;
 mod osc;
 mod port;
+#[cfg(feature = "probe")]
+mod probe;
 mod told;
 
 use std::path::{Path, PathBuf};
@@ -23,8 +25,9 @@ use std::time::Duration;
 use whippen_compiler::firmware::Fact;
 use whippen_emulator::elf::Elf;
 use whippen_runtime::files::{self, InputKind};
-use whippen_runtime::monitor::openocd::OpenOcd;
-use whippen_runtime::monitor::{Client, Link, MonitorError, Status, read_status};
+use whippen_runtime::monitor::{
+    Client, Link, MonitorError, Status, align, align_by_mailbox, read_status,
+};
 
 use self::board::{KnownBoard, name_and_value};
 use self::capturing::CaptureArgs;
@@ -43,7 +46,8 @@ use crate::say::{self, say};
     after_help = "Give it the files and options of `whippen build --monitor`: it makes the same image, and knows by it where everything lies.\n\
                   Example: whippen monitor instruments/grand-piano.whip --port /dev/ttyUSB0\n\
                   Example: whippen monitor instruments/grand-piano.whip --port /dev/ttyUSB0 --capture 40 --trigger x:4mm --out strike.csv --report strike.html\n\
-                  Example: whippen monitor piano.elf --openocd localhost:6666 --watch 1"
+                  Example: whippen monitor piano.elf --openocd localhost:6666 --watch 1\n\
+                  Example: whippen monitor knob.elf --probe --align"
 )]
 pub struct Args {
     #[command(flatten)]
@@ -56,6 +60,9 @@ pub struct Args {
     /// Have this program play, by its name or number
     #[arg(long, value_name = "PROGRAM")]
     play: Option<String>,
+    /// Have a knob find its motor anew: its chip starts again, and the knob moves by itself
+    #[arg(long)]
+    align: bool,
     /// Read what a key remembers, such as 40.phi: keys are counted from 0
     #[arg(long, value_name = "KEY.NAME,..", value_delimiter = ',')]
     read: Vec<String>,
@@ -74,6 +81,9 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// How long a board may take until it plays again: a knob that finds its motor takes a second.
+const STARTING: Duration = Duration::from_secs(20);
 
 /// Runs the command.
 pub fn run(mut args: Args) -> Outcome {
@@ -113,16 +123,18 @@ fn of_image(args: &Args, path: &Path) -> Outcome {
     let at =
         status.map_err(|_| wrong("has no `status`: it is no image of `whippen build`".into()))?;
     let at = at.address;
-    match &args.port.openocd {
-        Some(address) => {
-            let stream = port::connect("--openocd", address)?;
-            let patience = Duration::from_secs_f64(args.patience);
-            let set = stream.set_read_timeout(Some(patience));
-            set.map_err(|e| Failure::Usage(format!("--openocd {address}: {e}")))?;
-            let mut board = OpenOcd::new(stream);
+    let find = |name: &str| elf.symbols.named(name).ok().map(|symbol| symbol.address);
+    let mailbox = to_align(args, find)?;
+    let patience = Duration::from_secs_f64(args.patience);
+    match args.port.debugged(elf.arch, patience)? {
+        Some(mut board) => {
+            if let Some(mailbox) = mailbox {
+                let asked = align_by_mailbox(&mut *board, mailbox, at, STARTING);
+                aligned(args, asked)?;
+            }
             let look = || {
                 Ok(Look {
-                    status: read_status(&mut board, at)?,
+                    status: read_status(&mut *board, at)?,
                     lost_answers: None,
                 })
             };
@@ -131,6 +143,9 @@ fn of_image(args: &Args, path: &Path) -> Outcome {
         None => {
             let mut client = args.client()?;
             client.identify().map_err(failure)?;
+            if mailbox.is_some() {
+                aligned(args, align(&mut client, at, STARTING))?;
+            }
             watched(args, || look(&mut client, at), None)
         }
     }
@@ -138,18 +153,22 @@ fn of_image(args: &Args, path: &Path) -> Outcome {
 
 /// Everything, of an image whose program is at hand.
 fn of_program(args: &Args) -> Outcome {
-    if let Some(address) = &args.port.openocd {
+    if let Some(option) = args.port.debugger() {
         let why = "wants the image, an .elf, in place of the program's files";
-        return Err(Failure::Usage(format!("--openocd {address} {why}")));
+        return Err(Failure::Usage(format!("{option} {why}")));
     }
     let opened = args.setup.open()?;
     let setup = args.setup.all_programs(&opened)?;
     let known = KnownBoard::new(&setup, &opened.sources)?;
     args.capture.check(&known)?;
+    let mailbox = to_align(args, |name| known.symbol(name))?;
     let mut client = args.client()?;
     let facts = client.identify().map_err(failure)?;
     known.check(&facts).map_err(failure)?;
     let at = facts.word(Fact::Status);
+    if mailbox.is_some() {
+        aligned(args, align(&mut client, at, STARTING))?;
+    }
     if let Some(program) = &args.play {
         client.play(known.program(program)?).map_err(failure)?;
     }
@@ -180,6 +199,28 @@ impl Args {
         let line = self.port.open(self.setup.monitor.baud_or_fast())?;
         Ok(Client::new(line, Duration::from_secs_f64(self.patience)))
     }
+}
+
+/// The mailbox of an image with these symbols, where its knob is to find its motor anew.
+fn to_align(args: &Args, find: impl Fn(&str) -> Option<u32>) -> Result<Option<u32>, Failure> {
+    if !args.align {
+        return Ok(None);
+    }
+    match (find("board_align"), find("mailbox")) {
+        (Some(_), Some(mailbox)) => Ok(Some(mailbox)),
+        _ => Err(Failure::Usage(
+            "--align: the image keeps no alignment of a motor: it is for no knob, or for a board \
+             without the key `store` of [knob], which finds its motor at every start"
+                .to_string(),
+        )),
+    }
+}
+
+/// What came of asking a knob.
+fn aligned(args: &Args, asked: Result<(), MonitorError>) -> Outcome {
+    asked.map_err(failure)?;
+    told::aligned(args.json);
+    Ok(())
 }
 
 /// Live values by their names.

@@ -16,3 +16,4 @@ mod self_test;
 mod tools;
 mod unwind;
 mod zones;
+mod zones_safe;

@@ -2,9 +2,12 @@
 //! memory unless its start forgets to say so, and then the bound says that too.
 
 use whippen_compiler::board::Board;
-use whippen_compiler::firmware::{OwnText, OwnTexts};
+use whippen_compiler::firmware::{OwnText, OwnTexts, core_block};
+use whippen_emulator::{Observer, Step};
 
-use crate::key_bench::{Bench, Built, Frames, KEYS, PARTS, PERIOD, build_bench, bundled_board};
+use crate::key_bench::{
+    Bench, Built, CYCLES_PER_MS, Frames, KEYS, PARTS, PERIOD, START_MS, build_bench, bundled_board,
+};
 use crate::keys::bundled;
 
 /// Cycles of a core's tick from its handler on, at most.
@@ -51,6 +54,36 @@ fn no_tick_of_a_bench_is_longer_than_its_bound() {
     assert!(frames.longest[0] <= most && frames.longest[0] > most / 2);
     // Nothing at memory; at the bridge the DMA is met now and then.
     assert_eq!(waited[0], 0);
+}
+
+/// The cycles in which handlers begin.
+#[derive(Default)]
+struct Begins(Vec<u64>);
+
+impl Observer for Begins {
+    fn instruction(&mut self, _: &Step<'_>) {}
+
+    fn exception(&mut self, _: usize, _: u32, cycle: u64) {
+        self.0.push(cycle);
+    }
+}
+
+/// The first tick is no interrupt of before the core listened, which would come in the middle of
+/// words: it begins where all others do.
+#[test]
+fn the_first_tick_begins_where_others_do() {
+    let built = bundled("virtual-spring.whip");
+    let mut bench = Bench::new(&built, PARTS);
+    let mut begins = Begins::default();
+    bench.pass_observed((START_MS + 5) * CYCLES_PER_MS, &mut begins);
+    let phases: Vec<u64> = begins.0.iter().map(|cycle| cycle % PERIOD).collect();
+    let (first, others) = phases.split_first().expect("a tick");
+    let (low, high) = (others.iter().min(), others.iter().max());
+    let (low, high) = (*low.expect("ticks"), *high.expect("ticks"));
+    println!("{first}; {} others {low} to {high}", others.len());
+    assert!(others.len() > 100 && high - low < 40, "{low} to {high}");
+    assert!((low..=high).contains(first), "{first}: {low} to {high}");
+    assert_eq!(bench.block(core_block::MISSED), 0);
 }
 
 /// The bundled board, with all that the DMA reads and writes where the core's code and data are.

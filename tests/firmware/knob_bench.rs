@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use whippen_compiler::budget::Bounded;
 use whippen_compiler::check::Options;
-use whippen_compiler::firmware::{core_block, knob_block};
+use whippen_compiler::firmware::{Monitor, Setup, core_block, knob_block};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::keyboard::Layout;
@@ -16,7 +16,7 @@ use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_emulator::{
     BoardKind, ConverterSetup, DeviceId, Hand, Knob, KnobParts, KnobPins, Machine, MotorParameters,
-    Observer, Stop, build,
+    Observer, Ports, Stop, build,
 };
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
@@ -65,19 +65,20 @@ pub const PARTS: KnobParts = KnobParts {
     angle_rad: 1.0,
 };
 
-/// A program for the bundled board that is in time.
+/// A program for the bundled board.
 pub struct Built {
     pub image: Image,
-    pub bounded: Bounded,
+    /// That it is in time, unless it has the monitor, for which a knob's tick has no room.
+    pub bounded: Option<Bounded>,
 }
 
 /// Builds the only instrument of a text.
 pub fn build_knob(text: &str) -> Built {
-    build_knobs("pico2_knob", text)
+    build_knobs("pico2_knob", text, None)
 }
 
-/// The same for all knobs of a board.
-pub fn build_knobs(board: &str, text: &str) -> Built {
+/// The same for all knobs of a board, with a monitor or without.
+pub fn build_knobs(board: &str, text: &str, monitor: Option<Monitor>) -> Built {
     let mut map = SourceMap::default();
     map.add("knob.whip", text);
     let options = Options {
@@ -92,6 +93,7 @@ pub fn build_knobs(board: &str, text: &str) -> Built {
     let knobs = board.knob.as_ref().expect("it has knobs").count();
     let compiled = pipeline::compile(model, device.scales(), false).expect("it lowers");
     let setup = image::setup(&compiled, &device, knobs, board.cores, 21).expect("it is set up");
+    let setup = Setup { monitor, ..setup };
     let parts = [
         ImageInstrument::new(&compiled, INSTRUCTIONS, None, &mut unobserved).expect("it has modes"),
     ];
@@ -99,27 +101,34 @@ pub fn build_knobs(board: &str, text: &str) -> Built {
     let borrowed = ImageInstrument::borrow_all(&parts);
     let built = pipeline::build(&layout, &borrowed, &setup, &board, &mut unobserved);
     let built = built.unwrap_or_else(|e| panic!("{e}"));
-    let proof = pipeline::prove(&built, &board, setup.rate_hz, &mut unobserved);
-    let mut proof = proof.unwrap_or_else(|e| panic!("{e}"));
-    let program = &mut proof.programs[0];
-    assert!(program.budget.fits(), "{}", program.budget);
+    let bounded = monitor.is_none().then(|| {
+        let proof = pipeline::prove(&built, &board, setup.rate_hz, &mut unobserved);
+        let mut proof = proof.unwrap_or_else(|e| panic!("{e}"));
+        let program = &mut proof.programs[0];
+        assert!(program.budget.fits(), "{}", program.budget);
+        program.cores.swap_remove(0)
+    });
     Built {
         image: built.image,
-        bounded: program.cores.swap_remove(0),
+        bounded,
     }
 }
 
 /// The bundled knob, built once.
 pub fn bundled() -> Arc<Built> {
     static BUILT: OnceLock<Arc<Built>> = OnceLock::new();
-    Arc::clone(BUILT.get_or_init(|| bundled_on("pico2_knob")))
+    Arc::clone(BUILT.get_or_init(|| bundled_on("pico2_knob", None)))
 }
 
-/// The bundled knob on a board.
-pub fn bundled_on(board: &str) -> Arc<Built> {
+/// The bundled knob on a board, with a monitor or without.
+pub fn bundled_on(board: &str, monitor: Option<Monitor>) -> Arc<Built> {
     let programs = whippen_compiler::bundled::INSTRUMENTS;
     let program = programs.iter().find(|(name, _)| *name == "knob.whip");
-    Arc::new(build_knobs(board, program.expect("it is bundled").1))
+    Arc::new(build_knobs(
+        board,
+        program.expect("it is bundled").1,
+        monitor,
+    ))
 }
 
 /// What a first start of the bundled parts stores.
@@ -135,6 +144,7 @@ fn aligned() -> &'static [u8] {
 /// Knobs that have power; most benches have one.
 pub struct Bench {
     pub machine: Machine,
+    pub ports: Ports,
     knobs: Vec<DeviceId>,
     built: Arc<Built>,
 }
@@ -194,7 +204,7 @@ impl Bench {
 
     pub fn of(built: Arc<Built>, knobs: impl IntoIterator<Item = (KnobPins, KnobParts)>) -> Bench {
         let kind = BoardKind::Rp2350;
-        let (mut machine, _) =
+        let (mut machine, ports) =
             build(kind, kind.board(), ConverterSetup::default()).expect("the board can be");
         for segment in &built.image.segments {
             let memory = &mut machine.bus.memory;
@@ -205,6 +215,7 @@ impl Bench {
         machine.reset();
         Bench {
             machine,
+            ports,
             knobs,
             built,
         }

@@ -32,7 +32,7 @@ impl Observer for Frames {
 #[test]
 fn no_tick_of_a_knob_is_longer_than_its_bound() {
     let built = bundled();
-    let bound = &built.bounded.contended;
+    let bound = &built.bounded.as_ref().expect("it is proven").contended;
     let before = ["the instruction in progress", "entry of the interrupt"];
     let parts = bound.parts.iter();
     let before: u64 = parts

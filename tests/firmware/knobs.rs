@@ -27,7 +27,7 @@ fn bench_on(name: &str) -> Bench {
     let wired = board.knob.expect("it has knobs");
     let shafts = wired.shafts.iter().enumerate();
     let knobs = shafts.map(|(number, shaft)| (board::knob_pins(&wired, shaft), parts_of(number)));
-    let mut bench = Bench::of(bundled_on(name), knobs);
+    let mut bench = Bench::of(bundled_on(name, None), knobs);
     // One after the other.
     bench.pass_ms(NEXT_MS * bench.count() as u64 + 10);
     bench
@@ -103,6 +103,7 @@ fn four_knobs_play_at_once() {
         all_play("pico2_four_knobs");
         return;
     }
-    let bounded = &bundled_on("pico2_four_knobs").bounded;
+    let four = bundled_on("pico2_four_knobs", None);
+    let bounded = four.bounded.as_ref().expect("it is proven");
     assert_eq!(bounded.alone.keys, 4);
 }

@@ -17,6 +17,7 @@ mod keys_failing;
 mod keys_on_columns;
 mod keys_time;
 mod knob;
+mod knob_align;
 mod knob_bench;
 mod knob_store;
 mod knob_time;

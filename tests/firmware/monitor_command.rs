@@ -9,8 +9,8 @@ use std::process::{Child, Command, Output, Stdio};
 use crate::rig::{KEYS, Rig, kernel};
 use whippen_compiler::image::executable;
 use whippen_runtime::device::Device;
-use whippen_runtime::monitor::BoardMemory;
 use whippen_runtime::monitor::openocd::OpenOcd;
+use whippen_runtime::monitor::{BoardMemory, BoardWrite};
 
 const PROGRAM: &str = "instruments/virtual-spring.whip";
 
@@ -216,7 +216,7 @@ fn a_line_that_loses_answers_is_told() {
 fn a_line_that_does_not_work_is_told() {
     let nobody = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port");
     let silent = format!("localhost:{}", nobody.local_addr().expect("it").port());
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 9] = [
         (&[], "required"),
         (&["--port", "/nowhere/tty"], "--port `/nowhere/tty`"),
         (&["--port", "Cargo.toml"], "is no serial port"),
@@ -226,7 +226,9 @@ fn a_line_that_does_not_work_is_told() {
             &["--tcp", &silent, "--capture", "1", "--trigger", "bang"],
             "--trigger bang",
         ),
-        (&["--openocd", &silent], "wants the image"),
+        (&["--openocd", &silent], "--openocd wants the image"),
+        (&["--probe"], "--probe wants the image"),
+        (&["--tcp", &silent, "--align"], "it is for no knob"),
     ];
     for (more, why) in cases {
         let arguments = [&["monitor", PROGRAM, "--keys", "4"], more].concat();
@@ -242,6 +244,23 @@ fn a_line_that_does_not_work_is_told() {
         "build", PROGRAM, "--keys", "4", "--baud", "9600", "-o", "x.elf",
     ]);
     assert_eq!(no_monitor.status.code(), Some(2));
+}
+
+#[test]
+#[cfg(not(feature = "probe"))]
+fn a_whippen_without_debug_probes_says_how_to_have_them() {
+    let image = temporary("unprobed.elf").display().to_string();
+    let built = ran(&["build", PROGRAM, "--keys", "4", "-o", &image]);
+    assert!(built.status.success(), "{}", text(&built.stderr));
+    for probe in ["--probe", "--probe=2e8a:000c"] {
+        let said = ran(&["monitor", &image, probe]);
+        assert_eq!(said.status.code(), Some(2));
+        let told = text(&said.stderr);
+        assert!(
+            told.contains("`cargo build --release --features probe`"),
+            "{told}"
+        );
+    }
 }
 
 /// An address as OpenOCD is told it.

@@ -100,8 +100,8 @@ fn changed(line: &str, word: usize, by: i128) -> Option<String> {
     Some(words.join(" "))
 }
 
-/// The lines that say how the cores meet, by number: those of legs, of what runs until a place, and
-/// of the core that helps.
+/// The lines that say how the cores meet, by number: those of legs, of what runs until a place, of
+/// what calls parts, and of the core that helps.
 fn lines_of_meetings(lines: &[&str]) -> Vec<usize> {
     let mut inside = false;
     let mut found = Vec::new();
@@ -109,7 +109,9 @@ fn lines_of_meetings(lines: &[&str]) -> Vec<usize> {
         let mut words = line.split(' ');
         let what = words.next().unwrap_or_default();
         if what == "function" {
-            inside = ["legs", "until"].contains(&words.nth(1).unwrap_or_default());
+            let name = words.next().unwrap_or_default();
+            let kind = words.next().unwrap_or_default();
+            inside = name == "parts" || ["legs", "until"].contains(&kind);
         }
         let says = ["function", "until", "loop", "call", "piece"].contains(&what);
         if what == "helper" || inside && says {

@@ -135,24 +135,6 @@ start_slices:
         str     r1, [r0, #0xf8]         @ IRQ0_INTE
         bx      lr
 
-@ (pin, what its pad is told, function). The enable comes first.
-start_pins:
-        ldr     r3, =pins
-        ldr     r4, =pins_end
-        ldr     r0, =IO_BANK0
-        ldr     r1, =PADS_BANK0
-1:      ldrb    r2, [r3]
-        ldrb    r5, [r3, #2]
-        add     r6, r0, r2, lsl #3
-        str     r5, [r6, #4]            @ CTRL: its function
-        ldrb    r5, [r3, #1]
-        add     r6, r1, r2, lsl #2
-        str     r5, [r6, #4]            @ its pad, out of isolation
-        adds    r3, #4
-        cmp     r3, r4
-        bne     1b
-        bx      lr
-
 @ Words must come in eights for a while; then the bridges wake, with no force, and none may tell of a fault then. Where something is
 @ wrong they sleep, and no tick wakes them.
 wake:   push    {lr}

@@ -59,6 +59,12 @@ pub(super) const KNOB_STORE: Source<'static> = Source {
     text: include_str!("knob_store.s"),
 };
 
+/// How the pins of a knob or a bench are started.
+pub(super) const PINS_START: Source<'static> = Source {
+    name: "firmware/pins_start.s",
+    text: include_str!("pins_start.s"),
+};
+
 /// A tick with a bench of keys on the chip's pins.
 pub(super) const BENCH: Source<'static> = Source {
     name: "firmware/bench.s",

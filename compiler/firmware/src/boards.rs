@@ -6,7 +6,7 @@ use whippen_isa::Arch;
 
 use super::board_texts::{
     BENCH, BENCH_START, COLUMNS, COLUMNS_START, CONVERTER, CONVERTER_START, I2S, I2S_START, KNOB,
-    KNOB_START, KNOB_STORE, Parts, RP2, RP2350_START, UNHEARD,
+    KNOB_START, KNOB_STORE, PINS_START, Parts, RP2, RP2350_START, UNHEARD,
 };
 use super::monitor;
 use super::own::{BOARD, BOARD_TICK, OwnTexts};
@@ -108,7 +108,7 @@ const TEXTS: &[Texts] = &[
         parts: Parts::Knob,
         clock_hz: 150_000_000,
         tick: KNOB,
-        rest: &[RP2350_START, RP2, KNOB_START, KNOB_STORE],
+        rest: &[RP2350_START, RP2, KNOB_START, KNOB_STORE, PINS_START],
         constants: RP2350,
         devices: KNOB_DEVICES,
     },
@@ -119,7 +119,7 @@ const TEXTS: &[Texts] = &[
         parts: Parts::Bench,
         clock_hz: 150_000_000,
         tick: BENCH,
-        rest: &[RP2350_START, RP2, BENCH_START],
+        rest: &[RP2350_START, RP2, BENCH_START, PINS_START],
         constants: RP2350,
         devices: &[
             "uart",

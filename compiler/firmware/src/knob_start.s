@@ -25,7 +25,8 @@ reader: .short  0xe001                  @    set pins, 1    side 0
 reader_end:
 
 @ (pin, what its pad is told, function): outputs without pulls but to ground, inputs pulled up. The enable comes first.
-outputs:
+        .global pins, pins_end
+pins:
         .byte   PIN_ENABLE, 0x56, 5, 0
         .byte   PIN_FAULT, 0x5a, 5, 0
         .byte   PIN_CLOCK, 0x56, 6, 0
@@ -52,7 +53,7 @@ outputs:
         .byte   PIN_PHASE1_3, 0x56, 4, 0
         .byte   PIN_PHASE2_3, 0x56, 4, 0
         .endif
-outputs_end:
+pins_end:
 
         .global board_converter
         .type   board_converter, %function
@@ -78,20 +79,7 @@ board_converter:
         .endif
         bl      start_reader
         bl      start_carrier
-        ldr     r3, =outputs
-        ldr     r4, =outputs_end
-        ldr     r0, =IO_BANK0
-        ldr     r1, =PADS_BANK0
-2:      ldrb    r2, [r3]
-        ldrb    r5, [r3, #2]
-        add     r6, r0, r2, lsl #3
-        str     r5, [r6, #4]            @ CTRL: its function
-        ldrb    r5, [r3, #1]
-        add     r6, r1, r2, lsl #2
-        str     r5, [r6, #4]            @ its pad, out of isolation
-        adds    r3, #4
-        cmp     r3, r4
-        bne     2b
+        bl      start_pins
         ldr     r0, =PWM + 0xf0         @ EN: the carrier, and the reader so many cycles later
         ldr     r1, =SLICES
         ldr     r2, =PIO0

@@ -58,6 +58,14 @@ board_serial_send:
         .global board_listen
         .type   board_listen, %function
 board_listen:
+        .ifdef  TICK_SLICE              @ the first tick shall not be late: an interrupt of before is none
+        ldr     r1, =PWM + 0xf4
+        ldr     r0, =1 << TICK_SLICE
+        str     r0, [r1]                @ INTR
+        ldr     r1, =0xe000e280 + 4 * (CONVERTER_IRQ / 32)
+        ldr     r0, =1 << (CONVERTER_IRQ % 32)
+        str     r0, [r1]                @ NVIC_ICPR
+        .endif
         ldr     r1, =0xe000e100 + 4 * (CONVERTER_IRQ / 32)
         ldr     r0, =1 << (CONVERTER_IRQ % 32)
         str     r0, [r1]                @ NVIC_ISER

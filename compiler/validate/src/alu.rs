@@ -215,7 +215,15 @@ impl Addends {
     fn combine(&self, terms: &mut Terms, a: Term, b: Term) -> Told<Term> {
         let sum = terms.add_scaled(a, b, if self.subtracts { -1 } else { 1 })?;
         let sum = terms.add(sum, self.carry)?;
-        terms.plus(sum, if self.subtracts { -1 } else { 0 })
+        let sum = terms.plus(sum, if self.subtracts { -1 } else { 0 })?;
+        let [a, b, carry] = [a, b, self.carry].map(|own| terms.bounds(own));
+        let all = match self.subtracts {
+            true => (a.0 - b.1 + carry.0 - 1, a.1 - b.0 + carry.1 - 1),
+            false => (a.0 + b.0 + carry.0, a.1 + b.1 + carry.1),
+        };
+        // What is known of the operands may be of more than their parts.
+        terms.learn(sum, all)?;
+        Ok(sum)
     }
 
     fn flags(&self, terms: &mut Terms, exact: Term, result: Term) -> Told<Flags> {

@@ -101,6 +101,9 @@ pub(crate) fn check_entry(
     question: &Question,
     terms: &mut Terms,
 ) -> Result<(Start, Vec<Verdict>), Doubt> {
+    // Each word in one term for all cases, where it can be written so.
+    terms.known.forget();
+    let whole = run_shared(question, terms, question.shared).unwrap_or_default();
     let left = all_cases(terms, CASES_MAX, |terms| run_entry(question, terms))?;
     let mut verdicts = Vec::new();
     let mut replaced = Vec::new();
@@ -110,11 +113,16 @@ pub(crate) fn check_entry(
     for (number, at) in (0..question.shared.results.len()).zip(places) {
         let address = state_word(terms, *at).map_err(in_words)?;
         let mut verdict = Verdict::Validated { cases: left.len() };
+        let mut says = left.iter().map(|case| case.shared[number].0);
+        let first = says.next();
+        let word = match first.filter(|first| says.all(|other| other == *first)) {
+            Some(one) => Some(one),
+            None => whole.get(number).copied(),
+        };
         for case in &left {
             let (wanted, found) = case.shared[number];
-            replaced.push((found, wanted));
-            let is_one = left.iter().all(|other| other.shared[number].0 == wanted);
-            if found != wanted || !is_one {
+            replaced.push((found, word.unwrap_or(wanted)));
+            if found != wanted || word.is_none() {
                 let (says, does) = (terms.show(wanted), terms.show(found));
                 let why = format!("the Kernel says {says}, the code {does}");
                 verdict = match differ::<()>(terms, wanted, found, why) {
@@ -124,13 +132,15 @@ pub(crate) fn check_entry(
             }
         }
         verdicts.push(verdict);
-        let Some(case) = left.first() else { continue };
-        let held = crate::memory::Held {
-            address: terms.address(address),
-            bytes: 4,
-            value: case.shared[number].0,
+        let Some(value) = word.or(first) else {
+            continue;
         };
-        memory.held.push(held);
+        let address = terms.address(address);
+        memory.held.push(crate::memory::Held {
+            address,
+            bytes: 4,
+            value,
+        });
     }
     let registers = registers_of(terms, &left, &replaced);
     let start = Start {
@@ -204,7 +214,10 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
     let mut shared = Vec::new();
     for (wanted, at) in wanted.into_iter().zip(places.lives.iter().skip(first)) {
         let address = state_word(terms, *at)?;
-        shared.push((wanted, machine.memory.load(terms, address, 4)?));
+        let found = machine.memory.load(terms, address, 4)?;
+        let difference = terms.sub(wanted, found)?;
+        let is_same = terms.bounds(difference) == (0, 0);
+        shared.push((wanted, if is_same { wanted } else { found }));
     }
     let taken = terms.sub(stack, machine.registers[usize::from(SP)])?;
     let Some(taken) = terms.number(taken) else {

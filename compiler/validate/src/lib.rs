@@ -55,7 +55,6 @@ pub use stop::Reason;
 
 use std::fmt;
 
-use whippen_isa::Arch;
 use whippen_modes::ModeId;
 
 use check::{Start, Used, all_cases, check_case};
@@ -137,9 +136,6 @@ pub struct Report {
 /// A verdict on a mode holds for a tick of a key that begins with registers and shared words as the
 /// tick's entry should leave them.
 pub fn validate(question: &Question) -> Report {
-    if question.arch == Arch::V6M {
-        return not_followed(question);
-    }
     let begun = begin(question);
     let (entry, shared) = validate_entry(question, &begun);
     let ids: Vec<ModeId> = question.modes.modes.ids().collect();
@@ -151,21 +147,6 @@ pub fn validate(question: &Question) -> Report {
         shared,
         tables: entry::check_tables(question),
         modes,
-    }
-}
-
-/// The code of a core without long products and quotients calls routines, none of which is
-/// followed.
-fn not_followed(question: &Question) -> Report {
-    let unproven = || {
-        let why = "code for a Cortex-M0+ is not followed";
-        Verdict::of(Doubt::new(Reason::Core, why))
-    };
-    Report {
-        entry: unproven(),
-        shared: question.shared.results.iter().map(|_| unproven()).collect(),
-        tables: unproven(),
-        modes: question.modes.modes.iter().map(|_| unproven()).collect(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::bounds::{Interval, WORD};
 use crate::stop::{Stop, Told};
-use crate::term::{Kind, Sum, Term, Terms, too_large};
+use crate::term::{Atom, Kind, Sum, Term, Terms, too_large};
 use crate::truth::{Truth, Variable};
 
 impl Terms {
@@ -13,6 +13,11 @@ impl Terms {
         }
         if n > 100 {
             return Err(too_large());
+        }
+        // More may be known of the whole than of what is left of it.
+        let (low, high) = self.bounds(term);
+        if low >> n == high >> n {
+            return Ok(self.constant(low >> n));
         }
         let (whole, rest) = self.divide(term, n);
         let floor = self.floor_of_rest(rest, n)?;
@@ -77,15 +82,28 @@ impl Terms {
             if by.abs() != 1 || u32::from(m) + n > 100 {
                 continue;
             }
-            if by == -1 {
-                continue;
-            }
             let floor = self.single(atom);
-            let others = self.sub(rest, floor)?;
+            let others = self.add_scaled(rest, floor, -by)?;
+            // -floor(a / 2^m) = floor((-a + 2^m - 1) / 2^m), where that takes up all others.
+            let inner = match by {
+                1 => inner,
+                _ if self.has_atoms_of(inner, others) => {
+                    let negative = self.scale(inner, -1)?;
+                    self.plus(negative, (1 << m) - 1)?
+                }
+                _ => continue,
+            };
             let sum = self.add_scaled(inner, others, 1 << m)?;
             return self.floor(sum, n + u32::from(m)).map(Some);
         }
         Ok(None)
+    }
+
+    /// Whether a term has all atoms of another one, and that has some.
+    fn has_atoms_of(&self, term: Term, other: Term) -> bool {
+        let (own, others) = (&self.sum(term).parts, &self.sum(other).parts);
+        let has = |atom: &Atom| own.iter().any(|(known, _)| known == atom);
+        !others.is_empty() && others.iter().all(|(atom, _)| has(atom))
     }
 
     /// The signed number of so many bits that agrees with the term in its low bits.
@@ -95,12 +113,29 @@ impl Terms {
         if -half <= low && high < half {
             return Ok(term);
         }
+        if let Some(whole) = self.whole_of(term, bits) {
+            return self.wrap(whole, bits);
+        }
         let up = self.plus(term, half)?;
         let floor = self.floor(up, bits)?;
         let wrapped = self.add_scaled(term, floor, -(1 << bits))?;
         // Of this case alone: in another one the floor may be another number.
         self.learn(wrapped, (-half, half - 1))?;
+        self.remember_whole(wrapped, term, bits);
         Ok(wrapped)
+    }
+
+    fn remember_whole(&mut self, outcome: Term, whole: Term, bits: u32) {
+        if outcome != whole {
+            self.wrapped.insert(outcome, (whole, bits));
+        }
+    }
+
+    /// What was wrapped to so many bits or more where this term is the outcome: its low bits are
+    /// the same, and more may be known of it.
+    fn whole_of(&self, term: Term, bits: u32) -> Option<Term> {
+        let (whole, kept) = *self.wrapped.get(&term)?;
+        (bits <= kept).then_some(whole)
     }
 
     /// The low bits, so many, as an unsigned number.
@@ -109,9 +144,13 @@ impl Terms {
         if 0 <= low && high < 1 << bits {
             return Ok(term);
         }
+        if let Some(whole) = self.whole_of(term, bits) {
+            return self.low_bits(whole, bits);
+        }
         let floor = self.floor(term, bits)?;
         let result = self.add_scaled(term, floor, -(1 << bits))?;
         self.learn(result, (0, (1 << bits) - 1))?;
+        self.remember_whole(result, term, bits);
         Ok(result)
     }
 

@@ -21,8 +21,6 @@ pub enum Reason {
     Cases,
     /// The tick's entry, or a word that it computes for all keys, is not validated.
     Entry,
-    /// Code for a core that is not followed at all.
-    Core,
 }
 
 impl Reason {
@@ -36,7 +34,6 @@ impl Reason {
             Reason::Code => "code",
             Reason::Cases => "cases",
             Reason::Entry => "entry",
-            Reason::Core => "core",
         }
     }
 }

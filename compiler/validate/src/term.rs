@@ -95,6 +95,8 @@ pub(crate) struct Terms {
     /// What was computed before, which cases have in common.
     added: FxHashMap<(Term, Term, i128), Term>,
     multiplied: FxHashMap<(Term, Term), Term>,
+    /// What was wrapped, and to how many bits, by the outcome.
+    pub(crate) wrapped: FxHashMap<Term, (Term, u32)>,
     primitives: FxHashMap<Term, (i128, Term, i128)>,
     pub(crate) truths: crate::truth::Truths,
     pub(crate) known: crate::bounds::Known,

@@ -3,6 +3,7 @@
 
 mod meaning;
 mod proven;
+mod routines;
 
 use whippen_deterministic::Rng;
 use whippen_kernel::{Range, Type};

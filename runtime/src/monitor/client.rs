@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use whippen_compiler::firmware::{Fact, PROTOCOL};
 
+use super::align::{self, ALIGN};
 use super::frame::{decode, encode};
 use super::status::BoardMemory;
 
@@ -196,6 +197,11 @@ impl<L: Link> Client<L> {
         self.lost
     }
 
+    /// Those since were lost because nobody could answer.
+    pub(super) fn set_lost_answers(&mut self, lost: u32) {
+        self.lost = lost;
+    }
+
     /// What the board is.
     ///
     /// # Errors
@@ -236,6 +242,16 @@ impl<L: Link> Client<L> {
         self.ask(Request::Set, &asked, Some(0)).map(drop)
     }
 
+    /// Asks a knob to find its motor anew, which starts the board again. This is said once: who is
+    /// asked again starts again.
+    pub(super) fn set_and_start(&mut self) -> Result<(), MonitorError> {
+        self.say(Request::Set, &[ALIGN, 1])?;
+        match self.answer(Request::Set, Some(0), &mut 0)? {
+            Some((outcome, _)) => Err(align::refused(outcome.into())),
+            None => Ok(()),
+        }
+    }
+
     /// Sets and starts the capture of a core.
     ///
     /// # Errors
@@ -255,11 +271,7 @@ impl<L: Link> Client<L> {
     ) -> Result<Vec<u32>, MonitorError> {
         let mut garbage = 0;
         for _ in 0..TRIES {
-            self.number = self.number.wrapping_add(1);
-            let mut said = vec![request as u8, self.number, 0, 0];
-            said.extend(words.iter().flat_map(|word| word.to_le_bytes()));
-            self.begun.clear();
-            self.send(&encode(&said))?;
+            self.say(request, words)?;
             match self.answer(request, wanted, &mut garbage)? {
                 Some((0, words)) => return Ok(words),
                 Some((outcome, _)) => return Err(refused(request, outcome)),
@@ -270,6 +282,15 @@ impl<L: Link> Client<L> {
             0 => Err(MonitorError::Silent),
             bytes => Err(MonitorError::Garbage(bytes)),
         }
+    }
+
+    /// Sends a request.
+    fn say(&mut self, request: Request, words: &[u32]) -> Result<(), MonitorError> {
+        self.number = self.number.wrapping_add(1);
+        let mut said = vec![request as u8, self.number, 0, 0];
+        said.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+        self.begun.clear();
+        self.send(&encode(&said))
     }
 
     /// Sends as fast as a board whose ticks leave little time takes it: its port holds 32 bytes.

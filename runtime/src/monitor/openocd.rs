@@ -7,7 +7,7 @@
 use std::io::{Read, Write};
 
 use super::client::MonitorError;
-use super::status::BoardMemory;
+use super::status::{BoardMemory, BoardWrite};
 
 /// Ends a command, and an answer.
 const END: u8 = 0x1a;
@@ -25,18 +25,6 @@ impl<S: Read + Write> OpenOcd<S> {
     /// Over a stream on which nothing was said yet.
     pub fn new(stream: S) -> OpenOcd<S> {
         OpenOcd { stream }
-    }
-
-    /// Writes a word.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub fn write(&mut self, address: u32, word: u32) -> Result<(), MonitorError> {
-        let answer = self.say(&format!("write_memory {address:#x} 32 {{{word:#x}}}"))?;
-        match answer.trim() {
-            "" => Ok(()),
-            other => Err(refused(other)),
-        }
     }
 
     fn say(&mut self, command: &str) -> Result<String, MonitorError> {
@@ -75,6 +63,16 @@ impl<S: Read + Write> BoardMemory for OpenOcd<S> {
             all.extend(part.ok_or_else(|| refused(answer.trim()))?);
         }
         Ok(all)
+    }
+}
+
+impl<S: Read + Write> BoardWrite for OpenOcd<S> {
+    fn write(&mut self, address: u32, word: u32) -> Result<(), MonitorError> {
+        let answer = self.say(&format!("write_memory {address:#x} 32 {{{word:#x}}}"))?;
+        match answer.trim() {
+            "" => Ok(()),
+            other => Err(refused(other)),
+        }
     }
 }
 

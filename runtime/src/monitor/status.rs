@@ -13,6 +13,15 @@ pub trait BoardMemory {
     fn read(&mut self, address: u32, words: usize) -> Result<Vec<u32>, MonitorError>;
 }
 
+/// Memory of a board that can be written as well.
+pub trait BoardWrite: BoardMemory {
+    /// Writes a word.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    fn write(&mut self, address: u32, word: u32) -> Result<(), MonitorError>;
+}
+
 /// `WHIP`, with which a status begins.
 const MAGIC: u32 = u32::from_le_bytes(*b"WHIP");
 /// The version of its table.

@@ -65,6 +65,13 @@ impl<'a> KnownBoard<'a> {
         }
     }
 
+    /// The address of a symbol.
+    pub fn symbol(&self, name: &str) -> Option<u32> {
+        let mut symbols = self.image.image.symbols.iter();
+        let found = symbols.find(|symbol| symbol.name == name);
+        found.map(|symbol| symbol.address)
+    }
+
     /// What it is, in a line.
     pub fn told(&self) -> String {
         let keys: Vec<String> = self
@@ -283,12 +290,10 @@ impl<'a> KnownBoard<'a> {
             .layout()
             .cell(placed.on_core - zone.first_on_core, index);
         let state = format!("{}_state", zone.name);
-        let mut symbols = self.image.image.symbols.iter();
-        let state = symbols.find(|symbol| symbol.name == state);
-        match (state, at) {
+        match (self.symbol(&state), at) {
             (Some(state), Some(at)) => Ok(Cell {
                 core: placed.core,
-                address: state.address + at,
+                address: state + at,
                 zero: meaning.zero,
                 lsb: meaning.lsb,
                 unit: unit_suffix(&meaning.dim.unit()),

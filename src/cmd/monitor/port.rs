@@ -1,4 +1,4 @@
-//! The line to a board: a serial port, or TCP.
+//! The line to a board: a serial port, TCP, or a debugger.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::ValueHint;
-use whippen_runtime::monitor::Link;
+use whippen_isa::Arch;
+use whippen_runtime::monitor::openocd::OpenOcd;
+use whippen_runtime::monitor::{BoardWrite, Link};
 
 use crate::exit::Failure;
 
@@ -22,7 +24,11 @@ pub struct PortArgs {
     tcp: Option<String>,
     /// OpenOCD's Tcl port, usually localhost:6666: the status only, of any image of `build`
     #[arg(long, value_name = "HOST:PORT")]
-    pub openocd: Option<String>,
+    openocd: Option<String>,
+    /// A debug probe, the only one or that of these USB numbers: the status only, of any image of
+    /// `build`; for a whippen that was built with `--features probe`
+    #[arg(long, value_name = "VID:PID[:SERIAL]", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    probe: Option<String>,
 }
 
 /// How long a connection may take.
@@ -34,11 +40,52 @@ impl PortArgs {
         match (&self.port, &self.tcp) {
             (Some(path), _) => serial(path, baud),
             (None, Some(at)) => connect("--tcp", at).map(Line::Tcp),
-            (None, None) => Err(Failure::Usage(
-                "--openocd reads the status only; --port or --tcp does the rest".to_string(),
-            )),
+            (None, None) => Err(Failure::Usage(format!(
+                "{} wants the image, an .elf, in place of the program's files",
+                self.debugger().unwrap_or_default()
+            ))),
         }
     }
+
+    /// The option by which a debugger was asked for, in place of the board's serial port.
+    pub fn debugger(&self) -> Option<&'static str> {
+        let openocd = self.openocd.as_ref().map(|_| "--openocd");
+        openocd.or(self.probe.as_ref().map(|_| "--probe"))
+    }
+
+    /// What a debugger reads and writes of a board whose core is of this architecture; none where
+    /// the board's serial port was asked for. An answer of OpenOCD may take so long.
+    pub fn debugged(
+        &self,
+        arch: Option<Arch>,
+        patience: Duration,
+    ) -> Result<Option<Box<dyn BoardWrite>>, Failure> {
+        if let Some(name) = &self.probe {
+            return probed(name, arch).map(Some);
+        }
+        let Some(address) = &self.openocd else {
+            return Ok(None);
+        };
+        let stream = connect("--openocd", address)?;
+        let set = stream.set_read_timeout(Some(patience));
+        set.map_err(|e| Failure::Usage(format!("--openocd {address}: {e}")))?;
+        Ok(Some(Box::new(OpenOcd::new(stream))))
+    }
+}
+
+/// The board at a debug probe.
+#[cfg(feature = "probe")]
+fn probed(name: &str, arch: Option<Arch>) -> Result<Box<dyn BoardWrite>, Failure> {
+    Ok(Box::new(super::probe::ProbeMemory::open(name, arch)?))
+}
+
+#[cfg(not(feature = "probe"))]
+fn probed(_: &str, _: Option<Arch>) -> Result<Box<dyn BoardWrite>, Failure> {
+    Err(Failure::Usage(
+        "--probe: this whippen was built without debug probes; `cargo build --release --features \
+         probe` makes one that has them"
+            .to_string(),
+    ))
 }
 
 /// A connection to what an option names.

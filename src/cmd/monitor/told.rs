@@ -134,6 +134,14 @@ pub fn json(look: &Look, known: Option<&(&KnownBoard, Lives)>) -> Value {
     })
 }
 
+/// That a knob has found its motor anew.
+pub fn aligned(as_json: bool) {
+    match as_json {
+        true => say!("{}", json!({"kind": "aligned"})),
+        false => say!("the motor was found anew, and the board plays"),
+    }
+}
+
 /// What the line lost while something else than a status was asked for.
 pub fn lost(answers: u32, as_json: bool) {
     match told_lost(answers) {

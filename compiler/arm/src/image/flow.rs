@@ -2,6 +2,7 @@
 //!
 //! Not here: what follows from it (`unwind`, `live`).
 
+use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
 
 use super::linked::Image;
@@ -22,6 +23,8 @@ pub(super) struct Flow<'a> {
     pub targets: HashMap<u32, Vec<u32>>,
     /// Where branches lead that are not linked yet; none: out of this code.
     pub unlinked: HashMap<u32, Option<u32>>,
+    /// What was decoded, by address and state of IT.
+    pub decoded: RefCell<HashMap<(u32, ItState), Option<Inst>>>,
 }
 
 /// Where an instruction leads.
@@ -37,6 +40,13 @@ pub(super) struct Leads {
 impl Flow<'_> {
     /// The instruction at an address, by its place in an IT block.
     pub(super) fn inst(&self, at: u32, it: ItState) -> Option<Inst> {
+        let mut decoded = self.decoded.borrow_mut();
+        *decoded
+            .entry((at, it))
+            .or_insert_with(|| self.decode(at, it))
+    }
+
+    fn decode(&self, at: u32, it: ItState) -> Option<Inst> {
         let inside = |(base, bytes): &&(u32, &[u8])| at.wrapping_sub(*base) < bytes.len() as u32;
         let (base, bytes) = self.sections.iter().find(inside)?;
         let half = |at: u32| {
@@ -97,6 +107,7 @@ pub(super) fn of_image(image: &Image) -> Flow<'_> {
         functions: functions.map(|symbol| symbol.address).collect(),
         targets: image.targets.iter().cloned().collect(),
         unlinked: HashMap::new(),
+        decoded: RefCell::default(),
     }
 }
 
@@ -119,6 +130,7 @@ pub(super) fn of_object(object: &Object, arch: Arch) -> Flow<'_> {
         functions: BTreeSet::new(),
         targets: HashMap::new(),
         unlinked: HashMap::new(),
+        decoded: RefCell::default(),
     };
     for symbol in &object.symbols {
         if let (SymbolKind::Function, Some(section)) = (symbol.kind, symbol.section) {

@@ -15,7 +15,7 @@
 //!
 //! Not here: how the rows are written (`dwarf`).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::flow::{Flow, Leads, state_at};
 use crate::control::Control;
@@ -61,15 +61,17 @@ impl Row {
 pub(super) fn rows(flow: &Flow) -> Vec<Row> {
     let mut unwind = Unwind {
         flow,
-        frames: BTreeMap::new(),
-        entries: BTreeSet::new(),
+        frames: HashMap::new(),
+        entries: BTreeMap::new(),
         changed: BTreeMap::new(),
     };
     unwind.find_entries();
     // What callees change is found with what they were found to change so far, until it is all.
     while unwind.follow_all() {}
     let frames = unwind.frames.into_iter();
-    frames.map(|(at, (frame, _))| frame.row(at)).collect()
+    let mut rows: Vec<Row> = frames.map(|(at, (frame, _))| frame.row(at)).collect();
+    rows.sort_unstable_by_key(|row| row.at);
+    rows
 }
 
 /// What holds before an instruction.
@@ -141,26 +143,31 @@ impl Frame {
 
     /// An instruction, apart from where it leads.
     fn execute(&mut self, inst: &Inst) {
-        let (sp, before) = (-self.depth(), self.clone());
+        let (sp, before) = (-self.depth(), self.registers);
+        let copied = |register: u8| before[usize::from(register)];
         let defs = inst.defs();
+        let value = |register: u8| match inst.op() {
+            whippen_isa::Op::MOV_register if inst.amount == 0 => copied(inst.m),
+            _ => {
+                let loaded = loaded_slot(inst, sp, register).and_then(|at| self.slot(at));
+                loaded.and_then(|slot| self.slots[slot])
+            }
+        };
+        let defined = |register: &u8| defs.contains(RegSet::core(*register));
+        let mut registers = before;
+        for register in (0..15).filter(defined) {
+            registers[usize::from(register)] = value(register).filter(|_| !inst.is_conditional());
+        }
         if defs.contains(RegSet::core(reg::SP)) {
             let down = -(sp + moved(inst).unwrap_or(0)) / 4;
             self.slots.resize(down.max(0) as usize, None);
         }
-        let copied = |register: u8| before.registers[usize::from(register)];
         for register in 0..15 {
             if let Some(slot) = stored_slot(inst, sp, register).and_then(|at| self.slot(at)) {
                 self.slots[slot] = copied(register).filter(|_| !inst.is_conditional());
             }
         }
-        for register in (0..15).filter(|register| defs.contains(RegSet::core(*register))) {
-            let loaded = loaded_slot(inst, sp, register).and_then(|at| before.slot(at));
-            let value = match inst.op() {
-                whippen_isa::Op::MOV_register if inst.amount == 0 => copied(inst.m),
-                _ => loaded.and_then(|slot| before.slots[slot]),
-            };
-            self.registers[usize::from(register)] = value.filter(|_| !inst.is_conditional());
-        }
+        self.registers = registers;
     }
 
     /// A call that changes these of the registers that calls keep.
@@ -177,9 +184,10 @@ impl Frame {
 struct Unwind<'a> {
     flow: &'a Flow<'a>,
     /// What holds before each instruction, and its place in an IT block.
-    frames: BTreeMap<u32, (Frame, ItState)>,
-    /// Addresses that are called, or named as functions and not branched to from inside another.
-    entries: BTreeSet<u32>,
+    frames: HashMap<u32, (Frame, ItState)>,
+    /// Addresses that are called, or named as functions and not branched to from inside another,
+    /// and whether each returns.
+    entries: BTreeMap<u32, bool>,
     /// The registers that each function does not keep, as bits.
     changed: BTreeMap<u32, u16>,
 }
@@ -197,11 +205,16 @@ impl Unwind<'_> {
         let functions = self.flow.functions.iter().copied();
         let mut open: Vec<u32> = functions.filter(|at| !inside.contains(at)).collect();
         while let Some(entry) = open.pop() {
-            if self.flow.inst(entry, ItState::OUTSIDE).is_some() && self.entries.insert(entry) {
-                self.walk(entry, &mut |_, leads| {
-                    open.extend(leads.calls.iter().flatten())
-                });
+            let is_code = self.flow.inst(entry, ItState::OUTSIDE).is_some();
+            if !is_code || self.entries.contains_key(&entry) {
+                continue;
             }
+            let mut returns = false;
+            self.walk(entry, &mut |_, leads| {
+                open.extend(leads.calls.iter().flatten());
+                returns |= leads.returns;
+            });
+            self.entries.insert(entry, returns);
         }
     }
 
@@ -226,19 +239,13 @@ impl Unwind<'_> {
         }
     }
 
-    fn returns(&self, entry: u32) -> bool {
-        let mut returns = false;
-        self.walk(entry, &mut |_, leads| returns |= leads.returns);
-        returns
-    }
-
     /// Follows all functions; whether one was found to change more than was known.
     fn follow_all(&mut self) -> bool {
         self.frames.clear();
         let mut changed = self.changed.clone();
         let mut open = Vec::new();
-        for &entry in &self.entries {
-            let frame = Frame::entry(entry, self.returns(entry));
+        for (&entry, &returns) in &self.entries {
+            let frame = Frame::entry(entry, returns);
             self.frames.insert(entry, (frame, ItState::OUTSIDE));
             open.push(entry);
         }
@@ -266,7 +273,7 @@ impl Unwind<'_> {
                 *changed.entry(behind.function).or_default() |= bits;
             }
             for to in leads.to {
-                if self.entries.contains(&to) && to != behind.function {
+                if self.entries.contains_key(&to) && to != behind.function {
                     // It goes on as if it had been called by our caller.
                     let all = self.changed.get(&to).copied().unwrap_or(0);
                     *changed.entry(behind.function).or_default() |= all;
