@@ -82,6 +82,7 @@ pub fn costs(
     calls: &[Call],
 ) -> Result<Vec<Option<Cost>>, Refusal> {
     let functions = frame.functions_of(around.core);
+    let legs = functions.iter().position(|own| own.kind == Kind::Legs);
     let of = |call: &Call| {
         let Some((function, keys)) = call.costs else {
             return Ok(None);
@@ -92,7 +93,10 @@ pub fn costs(
         let callee =
             callee.filter(|own| own.pieces.first().map(|own| own.entry) == Some(call.callee));
         let known = match callee.map(|own| own.kind) {
-            Some(Kind::Legs) if keys == 0 => Some(Meetings::of(around, frame)?.cost()),
+            // The first of both stands for both.
+            Some(Kind::Legs) if keys == 0 && Some(function as usize) == legs => {
+                Some(Meetings::of(around, frame)?.cost())
+            }
             _ => callee.and_then(|callee| cost(callee, keys)),
         };
         let why = "costs what no function before it does";
