@@ -41,11 +41,11 @@ impl Framed<'_> {
             costs.insert(self.tick(&tail.name)?, (all.len() as u32, 1));
             all.push(self.ticked(of, &tail.name, None)?);
         }
-        let members = find(self.program, MEMBERS);
-        if cut.has_helper() {
+        let members = cut.has_helper().then(|| find(self.program, MEMBERS));
+        let members = members.transpose()?;
+        if let Some(members) = members {
             let legs = all.len() as u32;
             all.extend(self.legs(of, cut, &costs)?);
-            let members = find(self.program, MEMBERS)?;
             costs.insert(members, (legs, 0));
             all.push(self.until(of, "go", members, WENT, Vec::new())?);
         }
@@ -54,7 +54,7 @@ impl Framed<'_> {
         all.push(self.row_of(of, calls, "parts", called.clone())?);
         all.push(self.begun(of, &playing.name, playing.keys.count(), Vec::new())?);
         let ways = [(row, 0), (row, 0), (row + 1, 0)];
-        if let (true, Ok(members)) = (cut.has_sound(), members) {
+        if let Some(members) = members.filter(|_| cut.has_sound()) {
             let handled = calls.certified(ways);
             let handled = handled.into_iter().filter(|call| call.callee != calls.tick);
             let called = called.into_iter().filter(|call| call.callee != members);
