@@ -320,7 +320,7 @@ look:   push    {r4, lr}
 2:      ldr     r0, [r1, #0xf4]         @ INTR
         lsls    r0, r0, #31 - TICK_SLICE
         bpl     2b
-        movs    r0, #24                 @ much longer than an exception's entry: words come meanwhile
+        movs    r0, #10                 @ as long as an exception's entry, and more
 3:      subs    r0, #1
         bne     3b
         bl      board_begin
