@@ -83,8 +83,8 @@ struct Slot {
     bytes: u32,
     waits: Waits,
     due: u64,
-    /// What wakes it besides, and the first and the last cycle in which it will: what changes before
-    /// its turn in a cycle wakes it in the next one, too.
+    /// What wakes it besides, and the first and the last cycle in which it will: what changes
+    /// before its turn in a cycle wakes it in the next one, too.
     watches: Notices,
     noticed: Option<(u64, u64)>,
     /// Absent while it acts.

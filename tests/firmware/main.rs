@@ -13,6 +13,7 @@ mod key_bench;
 mod key_columns;
 mod keys;
 mod keys_columns_failing;
+mod keys_columns_window;
 mod keys_failing;
 mod keys_on_columns;
 mod keys_time;

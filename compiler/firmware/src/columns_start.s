@@ -269,7 +269,7 @@ start_dma:
         str     r1, [r0, #0xc]          @ words, the read address goes round
         pop     {r4-r7, pc}
 
-@ All slices begin in one cycle: the eighth wrap of one and the words behind it are a wrap of the other, and of core 1's.
+@ All slices begin in one cycle: where the frame of the eighth wrap of one is over, the other wraps, and that of core 1.
 start_slices:
         ldr     r0, =PWM + 20 * PACE_SLICE
         movs    r1, #16
@@ -280,7 +280,7 @@ start_slices:
         str     r2, [r0, #0x10]         @ TOP
         ldr     r0, =PWM + 20 * TICK_SLICE
         str     r1, [r0, #4]
-        ldr     r2, =PERIOD - WORDS_STORED
+        ldr     r2, =PERIOD - LAST_FRAME
         str     r2, [r0, #8]
         ldr     r3, =PERIOD - 1
         str     r3, [r0, #0x10]
