@@ -28,8 +28,8 @@ const SELECT_CYCLES: u32 = 5;
 /// See [`SELECT_CYCLES`].
 const UPDATE_CYCLES: u32 = 289;
 /// Cycles from the end of a frame until the first column's word lies in memory, and then from
-/// column to column: the end of the program, and what channels of the DMA wait for each other. As the
-/// emulated chip takes them (a test compares).
+/// column to column: the end of the program, and what channels of the DMA wait for each other. As
+/// the emulated chip takes them (a test compares).
 const WORD_CYCLES: [u32; 2] = [6, 2];
 /// Cycles between two ticks: frames of 425 cycles and more, and counters of 16 bits.
 const PERIODS: [u32; 2] = [3400, 65_528];

@@ -174,8 +174,8 @@ fn errors_stop_a_channel_and_are_told() {
 const READ_CLEARS: u32 = 3 << 29;
 
 /// Words that the wraps of two slices of PWM have let channels 0 and 1 copy by cycle 300: both
-/// count 100 cycles, the second one so many cycles behind the first. Channel 2 copies so many words from
-/// a cycle on.
+/// count 100 cycles, the second one so many cycles behind the first. Channel 2 copies so many words
+/// from a cycle on.
 fn copied_by_wraps(behind: u32, others: u32, from: u64) -> [u32; 2] {
     let until = 300;
     let kind = BoardKind::Rp2350;
