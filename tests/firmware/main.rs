@@ -38,6 +38,7 @@ mod safety;
 mod self_test;
 mod silicon;
 mod sound;
+mod sound_of_columns;
 mod sound_out;
 mod switch;
 mod talk;

@@ -183,24 +183,6 @@ load_programs:                          @ R0: a block
         bne     1b
         bx      lr
 
-@ (pin, what its pad is told, function). The enable comes first.
-start_pins:
-        ldr     r3, =pins
-        ldr     r4, =pins_end
-        ldr     r0, =IO_BANK0
-        ldr     r1, =PADS_BANK0
-1:      ldrb    r2, [r3]
-        ldrb    r5, [r3, #2]
-        add     r6, r0, r2, lsl #3
-        str     r5, [r6, #4]            @ CTRL: its function
-        ldrb    r5, [r3, #1]
-        add     r6, r1, r2, lsl #2
-        str     r5, [r6, #4]            @ its pad, out of isolation
-        adds    r3, #4
-        cmp     r3, r4
-        bne     1b
-        bx      lr
-
 @ Frames by hand, with more than 2 us between them; then what the machines have received is thrown away.
 start_converters:
         push    {r4-r7, lr}
