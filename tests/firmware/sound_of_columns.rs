@@ -1,4 +1,4 @@
-//! What keys at columns of converters sound, on the pins of a DAC: sample for sample what the
+//! What keys at columns of converters sound, as a DAC hears it: sample for sample what the
 //! interpreter makes of the words that the board had, of one core and of two.
 
 use whippen_compiler::board::SoundPort;
@@ -22,12 +22,12 @@ fn is_heard(keys: usize, cores: usize, ticks: usize) -> usize {
     let built = built("clavichord-heard.whip", keys, cores);
     let mut bench = ColumnBench::new(&built, KEY_PARTS);
     let port = built.board.i2s.expect("a sound output");
-    let pins = DacPins {
+    let wires = DacPins {
         clock: port.clock,
         side: port.side,
         data: port.data,
     };
-    let dac = SoundDac::attach(&mut bench.machine.bus, pins, 150e6);
+    let dac = SoundDac::attach(&mut bench.machine.bus, wires, 150e6);
     bench.pass_ms(START_MS - 3);
     assert_eq!(bench.block(core_block::TICK), 0);
     bench.between_ticks();
