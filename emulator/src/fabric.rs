@@ -17,8 +17,7 @@
 //! ([`Fabric::meets_fetches`]; the timing document says why).
 //!
 //! Peripherals are behind bridges, each a port that an access holds for several cycles. There
-//! nothing under way is pre-empted, and priorities are another manager's (erratum RP2350-E27). Only
-//! a core and the DMA are arbitrated there: cores do not wait for each other.
+//! nothing under way is pre-empted, and priorities are another manager's (erratum RP2350-E27).
 
 /// Managers: two per core, then the reads and the writes of the DMA.
 const CORES: usize = 2;
@@ -224,10 +223,8 @@ impl Fabric {
         let high = &self.high[usize::from(at_bridge)];
         let owed = std::mem::take(&mut self.owed[manager]);
         let port = &mut self.ports[port];
-        let both_cores = manager < DMA && port.manager < DMA;
         let same_core = manager / 2 == port.manager / 2 && manager < DMA;
-        let passes = same_core || at_bridge && both_cores;
-        let taken = port.free > cycle && !passes;
+        let taken = port.free > cycle && !same_core;
         // What began earlier holds a bridge to its end.
         let begins = !at_bridge || port.began >= cycle;
         let first = taken && begins && high[manager] && !high[port.manager];
@@ -438,11 +435,7 @@ mod tests {
             fabric.dma(0x4000_0010, 15, false);
             assert_eq!(fabric.take_dma_cycles(), 2 + 2, "it waits for the core too");
             assert_eq!(fabric.data(1, 0x4000_0000, 16, false), 4);
-            assert_eq!(
-                fabric.data(0, 0x4000_0000, 17, false),
-                0,
-                "cores do not meet"
-            );
+            assert_eq!(fabric.data(0, 0x4000_0000, 21, false), 2, "cores meet too");
         }
     }
 

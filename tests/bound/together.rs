@@ -1,11 +1,11 @@
-//! Two cores that want one bank on purpose: the bound of a few accesses with another manager at it
-//! is met, so a bound that is a cycle lower would not hold.
+//! Two cores that want one bank on purpose, or one bridge: the bound of a few accesses with another
+//! manager at it is met, so a bound that is a cycle lower would not hold.
 
 use whippen_compiler::budget::{
-    Annotations, Code, Interference, Lies, Others, Query, Reach, bound,
+    Annotations, Code, Interference, Lies, Neighbour, Others, Query, Reach, bound,
 };
 use whippen_emulator::{
-    Board as EmulatedBoard, BoardKind, CoreKind, Machine, Observer, Register, Start, Step, Stop,
+    BoardKind, ConverterSetup, Machine, Observer, Register, Start, Step, Stop, build,
 };
 use whippen_isa::timing::{Core, Target};
 use whippen_runtime::board;
@@ -14,8 +14,9 @@ use whippen_runtime::board;
 const CODE: u32 = 0x2000_0100;
 /// Where core 0 runs.
 const OTHER_CODE: u32 = 0x2008_1000;
-/// What both access: in the other group.
+/// What both access: in the other group, or a word of the watchdog's, behind the APB.
 const DATA: u32 = 0x2004_0000;
+const DEVICE: u32 = 0x400d_800c;
 
 /// Instructions before the first access, so that the other core is under way.
 const BEFORE: usize = 16;
@@ -51,24 +52,20 @@ impl Observer for Ends {
     }
 }
 
-/// Cycles of so many accesses of core 1, while core 0 makes some in each round, `apart`
-/// instructions from the next.
-fn measured(count: usize, apart: usize) -> u64 {
-    let board = EmulatedBoard {
-        cores: 2,
-        banks: BoardKind::Rp2350.board().banks,
-        vector_table: CODE,
-        ..EmulatedBoard::generic(CoreKind::CortexM33)
-    };
-    let mut machine = Machine::new(board).expect("a board");
+/// Cycles of so many accesses of core 1 to a place, while core 0 makes 20 there in each round with
+/// that instruction, `apart` instructions from the next.
+fn measured(place: u32, [count, apart]: [usize; 2], access: u16) -> u64 {
+    let kind = BoardKind::Rp2350;
+    let (mut machine, _) =
+        build(kind, kind.board(), ConverterSetup::default()).expect("the board can be");
     let write = |machine: &mut Machine, at: u32, code: &[u16]| {
         let bytes: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
         machine.bus.memory.write(at, &bytes).expect("memory");
     };
     write(&mut machine, CODE, &accesses(count));
-    // `ldr r0, [r4]` 20 times with that many `adds r1, #1` before, and back.
+    // With that many `adds r1, #1` before, and back.
     let mut other = vec![0x3101; apart];
-    other.extend([0x6820; 20]);
+    other.extend([access; 20]);
     let back = -(other.len() as i32) - 2;
     other.push(0xe000 | (back as u16 & 0x7ff));
     write(&mut machine, OTHER_CODE, &other);
@@ -79,7 +76,7 @@ fn measured(count: usize, apart: usize) -> u64 {
             address: address | 1,
         };
         machine.start(core, start);
-        machine.cpu_mut(core).set(Register::core(4), DATA);
+        machine.cpu_mut(core).set(Register::core(4), place);
     }
     let mut ends = Ends {
         at: end(count),
@@ -91,28 +88,34 @@ fn measured(count: usize, apart: usize) -> u64 {
     ended - began
 }
 
-/// The bound of these accesses with another manager at the bank, and with nobody.
-fn bounds(count: usize) -> [u64; 2] {
+/// The bound of these accesses to a place with another manager at the bank or the bridge, and with
+/// nobody.
+fn bounds(place: u32, count: usize) -> [u64; 2] {
     let board = board::bundled("rp2350").expect("it is bundled");
     let code = accesses(count);
     let code = Code::new(CODE, code.into_iter().flat_map(u16::to_le_bytes).collect());
     let banks = |at: u32| board.memory_at(at).map_or(0, |memory| memory.bank_set());
     let annotations = Annotations {
         stops: [end(count)].into(),
-        entered: [(4, [DATA, DATA])].into(),
+        entered: [(4, [place, place])].into(),
         return_to: Some(Target {
             address: 0,
             wide: false,
         }),
         ..Annotations::default()
     };
-    [vec![banks(DATA)], Vec::new()].map(|contenders| {
+    // An access of the other core at its longest is a write.
+    let bridge = Neighbour {
+        device: DEVICE,
+        wait_cycles: 4,
+    };
+    [(vec![banks(DATA)], Some(bridge)), (Vec::new(), None)].map(|(contenders, neighbour)| {
         let others = Others {
             fetches: true,
             contenders,
             remote_accesses: 0,
             dma: None,
-            neighbour: None,
+            neighbour,
         };
         let lies = Lies {
             code: banks(CODE),
@@ -134,14 +137,26 @@ fn bounds(count: usize) -> [u64; 2] {
     })
 }
 
-#[test]
-fn a_bank_that_the_other_core_wants_is_waited_for_as_bounded() {
+/// That the most of what is measured of accesses to a place is their bound.
+fn is_met(place: u32, access: u16) {
     for count in [1, 2, 5] {
-        let [contended, alone] = bounds(count);
-        let longest = (0..12).map(|apart| measured(count, apart)).max();
-        let longest = longest.expect("some");
+        let [contended, alone] = bounds(place, count);
+        let longest = (0..12).map(|apart| measured(place, [count, apart], access));
+        let longest = longest.max().expect("some");
         println!("{count} accesses: {longest} cycles, bound {contended}, alone {alone}");
         assert!(longest > alone, "{longest} > {alone}");
         assert_eq!(longest, contended, "a cycle less would be exceeded");
     }
+}
+
+/// `ldr r0, [r4]`.
+#[test]
+fn a_bank_that_the_other_core_wants_is_waited_for_as_bounded() {
+    is_met(DATA, 0x6820);
+}
+
+/// `str r0, [r4]`.
+#[test]
+fn a_bridge_that_the_other_core_wants_is_waited_for_as_bounded() {
+    is_met(DEVICE, 0x6020);
 }

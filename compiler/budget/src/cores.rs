@@ -165,13 +165,21 @@ pub(super) fn dma(whole: &FirmwareImage, board: &Board) -> Option<Dma> {
     })
 }
 
-/// The other core of columns at the bridge to the peripherals. Core 0 waits for an access that is
-/// under way. Core 1 may wait for two besides: BUS_PRIORITY is mis-wired there (erratum E27 of
-/// RP2350), core 0 goes first, and its texts make no more than two accesses in a row.
+/// The other core at the bridge to the peripherals, where ticks of both begin at once. Each access
+/// waits for one of the other core's that is under way. Where a start sets priorities, as that of
+/// columns does, core 1 may wait for two besides: BUS_PRIORITY is mis-wired at bridges (erratum E27
+/// of RP2350), core 0 goes first, and its texts make no more than two accesses in a row.
 pub(super) fn neighbour(whole: &FirmwareImage, board: &Board, core: usize) -> Option<Neighbour> {
-    let device = board.device("pwm").filter(|_| whole.has_columns)?;
+    if whole.keys_of_cores.len() < 2 && !whole.cut().is_some_and(Cut::has_helper) {
+        return None;
+    }
+    let (name, in_a_row) = match whole.has_columns {
+        true => ("pwm", 2),
+        false => ("converter", 0),
+    };
+    let device = board.device(name)?;
     let bus = board.buses.iter().find(|bus| bus.contains(device))?;
-    let accesses = if core == 0 { 1 } else { 3 };
+    let accesses = if core == 0 { 1 } else { 1 + in_a_row };
     Some(Neighbour {
         device,
         wait_cycles: accesses * bus.read_cycles.max(bus.write_cycles),

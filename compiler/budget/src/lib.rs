@@ -59,7 +59,7 @@ pub use code::Code;
 pub use contention::ByContention;
 pub use cores::{Bounded, cores};
 pub use error::NotBounded;
-pub use memory::{Accessed, Extent, Interference, Lies, Others, Reach, Waits};
+pub use memory::{Accessed, Extent, Interference, Lies, Neighbour, Others, Reach, Waits};
 pub use parts::{CutBound, Helped, Leg, PartBound};
 pub use program::Program;
 pub use report::{Budget, CoreBudget};
