@@ -175,12 +175,14 @@ impl Machine<'_> {
     }
 
     /// The word at an address where memory never changes: a literal of the state, or code.
-    fn constant_at(&self, terms: &mut Terms, address: Term) -> Told<Option<u32>> {
+    fn constant_at(&mut self, terms: &mut Terms, address: Term) -> Told<Option<u32>> {
         let code = self.question.code;
         if let Some(address) = terms.number(address) {
-            return Ok(u32::try_from(address)
-                .ok()
-                .and_then(|address| code.word(address)));
+            let Ok(address) = u32::try_from(address) else {
+                return Ok(None);
+            };
+            self.looked_at.extend([address, address.wrapping_add(2)]);
+            return Ok(code.word(address));
         }
         let state = terms.of(Kind::Base(Base::State));
         let at = terms.sub(address, state)?;

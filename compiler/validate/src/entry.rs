@@ -3,7 +3,7 @@
 use whippen_isa::reg::SP;
 
 use crate::Verdict;
-use crate::check::{ROLES, Start, all_cases, differ, on_one_side};
+use crate::check::{ROLES, Start, all_cases, differ, in_order, on_one_side};
 use crate::kernel::run_shared;
 use crate::machine::Machine;
 use crate::memory::Memory;
@@ -91,6 +91,8 @@ struct Left {
     stack_bytes: i128,
     /// Each shared word: as the Kernel says, and as it is stored.
     shared: Vec<(Term, Term)>,
+    /// The halfwords of code that it looked at.
+    looked_at: Vec<u32>,
 }
 
 /// Runs the tick's entry; gives where modes start, and a verdict for each shared word.
@@ -104,7 +106,9 @@ pub(crate) fn check_entry(
     // Each word in one term for all cases, where it can be written so.
     terms.known.forget();
     let whole = run_shared(question, terms, question.shared).unwrap_or_default();
-    let left = all_cases(terms, CASES_MAX, |terms| run_entry(question, terms))?;
+    let all = vec![Vec::new()];
+    let left = all_cases(terms, all, CASES_MAX, |terms| run_entry(question, terms))?;
+    let left: Vec<Left> = left.into_iter().map(|(_, left)| left).collect();
     let mut verdicts = Vec::new();
     let mut replaced = Vec::new();
     let mut memory = Memory::default();
@@ -147,6 +151,7 @@ pub(crate) fn check_entry(
         registers,
         memory,
         stack_bytes: left.iter().map(|case| case.stack_bytes).min().unwrap_or(0),
+        looked_at: in_order(left.into_iter().flat_map(|case| case.looked_at).collect()),
     };
     Ok((start, verdicts))
 }
@@ -228,6 +233,7 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
         // The last word is where the tick returns to.
         stack_bytes: taken - 4,
         shared,
+        looked_at: machine.looked_at,
     })
 }
 

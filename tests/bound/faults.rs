@@ -1,0 +1,496 @@
+//! Faults in the bytes of shipped images are not validated: what is put in, and what is found.
+//!
+//! `WHIPPEN_FAULTS=N` puts in about N faults instead of some hundred, and some of them where one
+//! takes long; `WHIPPEN_SEED=N` other ones, `WHIPPEN_TARGET=N` those of one target alone.
+
+mod none;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::time::Instant;
+
+use whippen_compiler::modes::ModeId;
+use whippen_compiler::validate::{Code, Proven, Verdict};
+use whippen_compiler::validation::{Asked, code_of, questions};
+use whippen_compiler::{Rng, parallel};
+use whippen_isa::{Arch, Code as Halfwords, Flags, Inst, ItState, Op, decode, is_wide, reg};
+use whippen_runtime::image::ImageInstrument;
+
+use crate::validated::built_of;
+
+use none::{ALL, Live, difference, is_commuted, live_behind};
+
+/// The instruction that does nothing.
+pub const NOP: u16 = 0xbf00;
+
+/// An instruction where it stands.
+pub type Placed = (u32, ItState, Inst);
+
+/// The instructions of a piece of code.
+fn instructions(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> {
+    let (mut at, mut it) = (from, ItState::OUTSIDE);
+    let mut all = Vec::new();
+    while let Some(first) = code.half(at).filter(|_| at < to) {
+        let second = code.half(at + 2).filter(|_| is_wide(first)).unwrap_or(0);
+        let Ok(inst) = decode(first, second, arch, it) else {
+            break;
+        };
+        all.push((at, it, inst));
+        it = match inst.op() {
+            Op::IT => ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8)
+                .expect("it was decoded"),
+            _ => it.advance(),
+        };
+        at += inst.size();
+    }
+    all
+}
+
+/// The instructions of a mode or of a tick's entry: the last goes to a key's code.
+pub fn code_of_key(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> {
+    let mut all = instructions(code, arch, from, to);
+    let last = all.iter().rposition(|(.., inst)| inst.op() == Op::BX);
+    all.truncate(last.map_or(0, |last| last + 1));
+    all
+}
+
+/// What is done to an instruction.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Swapped,
+    /// What is added to its constant.
+    Constant(i8),
+    Shift,
+    Condition,
+    Result,
+    Operand,
+    Data,
+    LeftOut,
+    StoreLeftOut,
+    Bit,
+}
+
+/// All kinds, with their names.
+const KINDS: [(Kind, &str); 12] = [
+    (Kind::Swapped, "operands swapped"),
+    (Kind::Constant(1), "a constant + 1"),
+    (Kind::Constant(-1), "a constant - 1"),
+    (Kind::Constant(4), "a constant + 4"),
+    (Kind::Shift, "a shift + 1"),
+    (Kind::Condition, "the opposite condition"),
+    (Kind::Result, "another result"),
+    (Kind::Operand, "another operand"),
+    (Kind::Data, "another register of memory"),
+    (Kind::LeftOut, "left out"),
+    (Kind::StoreLeftOut, "a store left out"),
+    (Kind::Bit, "a bit turned"),
+];
+
+fn name(kind: Kind) -> &'static str {
+    let own = KINDS.iter().find(|(own, _)| *own == kind);
+    own.map_or("", |(_, name)| name)
+}
+
+/// Other halfwords for an instruction.
+#[derive(Clone)]
+struct Fault {
+    kind: Kind,
+    /// Whose instruction it is; of the tick's entry where there is none.
+    mode: Option<ModeId>,
+    /// Where its code begins.
+    from: u32,
+    placed: Placed,
+    words: Vec<u16>,
+}
+
+impl Fault {
+    fn put(&self, code: &Code) -> Code {
+        let mut faulty = code.clone();
+        for (at, word) in (self.placed.0..).step_by(2).zip(&self.words) {
+            faulty.put(at, *word);
+        }
+        faulty
+    }
+
+    /// The instruction that is there now; none where there is none.
+    fn now(&self, arch: Arch) -> Option<Inst> {
+        let second = self.words.get(1).copied().unwrap_or(0);
+        decode(self.words[0], second, arch, self.placed.1).ok()
+    }
+
+    fn is_commuted(&self, arch: Arch) -> bool {
+        let now = self.now(arch);
+        now.is_some_and(|now| is_commuted(&self.placed.2, &now))
+    }
+
+    fn line(&self, arch: Arch) -> String {
+        let now = self.now(arch).map(|inst| inst.to_string());
+        let now = now.unwrap_or("no instruction".to_string());
+        let whose = self.mode.map(|mode| format!("mode {mode}"));
+        let whose = whose.unwrap_or("entry".to_string());
+        let (offset, was) = (self.placed.0 - self.from, self.placed.2);
+        let kind = name(self.kind);
+        format!("{whose} + {offset:#x}: {kind}: {was} -> {now}")
+    }
+}
+
+/// What an instruction becomes, as halfwords; none where nothing would be other, or where its
+/// length would.
+fn faulty(rng: &mut Rng, code: &Code, arch: Arch, placed: Placed, kind: Kind) -> Option<Vec<u16>> {
+    let (at, it, inst) = placed;
+    let halves = inst.size() / 2;
+    let old: Vec<u16> = (0..halves)
+        .filter_map(|half| code.half(at + 2 * half))
+        .collect();
+    let words = match kind {
+        Kind::LeftOut | Kind::StoreLeftOut => {
+            let is_asked = kind == Kind::LeftOut || is_store(inst.op());
+            let is_possible = halves == 1 || !it.inside();
+            (is_possible && is_asked).then(|| vec![NOP; halves as usize])?
+        }
+        Kind::Bit => {
+            let mut words = old.clone();
+            let half = rng.below(halves.into()) as usize;
+            words[half] ^= 1 << rng.below(16);
+            (is_wide(words[0]) == (halves == 2)).then_some(words)?
+        }
+        _ => match faulty_operands(kind, inst)?.encode(arch).ok()? {
+            Halfwords::Narrow(first) => vec![first],
+            Halfwords::Wide(first, second) => vec![first, second],
+        },
+    };
+    (words != old && words.len() == old.len()).then_some(words)
+}
+
+fn faulty_operands(kind: Kind, inst: Inst) -> Option<Inst> {
+    let mut faulty = inst;
+    let next = |register: u8| (register + 1) & 7;
+    match kind {
+        Kind::Swapped => std::mem::swap(&mut faulty.n, &mut faulty.m),
+        Kind::Constant(by) => faulty.imm = faulty.imm.wrapping_add_signed(by.into()),
+        Kind::Shift => faulty.amount = (faulty.amount + 1) & 31,
+        Kind::Condition if inst.op() == Op::IT => faulty.imm ^= 0x10,
+        Kind::Condition => faulty.cond = faulty.cond?.invert(),
+        Kind::Result => faulty.d = next(faulty.d),
+        Kind::Operand => faulty.n = next(faulty.n),
+        Kind::Data => faulty.t = next(faulty.t),
+        Kind::LeftOut | Kind::StoreLeftOut | Kind::Bit => return None,
+    }
+    Some(faulty)
+}
+
+fn is_store(op: Op) -> bool {
+    matches!(
+        op,
+        Op::STR_immediate
+            | Op::STR_register
+            | Op::STRH_immediate
+            | Op::STRH_register
+            | Op::STRB_immediate
+            | Op::STRB_register
+            | Op::STRD_immediate
+            | Op::STM
+            | Op::STMDB
+            | Op::PUSH
+    )
+}
+
+/// Where faults are put: the code of which keys or part, or the entry of their tick.
+#[derive(Clone, Copy)]
+struct Target {
+    board: &'static str,
+    file: &'static str,
+    code: &'static str,
+    is_entry: bool,
+    /// How many of a thousand.
+    share: usize,
+}
+
+const fn modes(file: &'static str, code: &'static str, share: usize) -> Target {
+    Target {
+        board: "rp2350",
+        file,
+        code,
+        is_entry: false,
+        share,
+    }
+}
+
+/// Besides plain instruments one that reads a delay line at an index, exact quotients in the entry
+/// and in a part, and quotients for searches.
+const TARGETS: [Target; 9] = [
+    modes("hammond.whip", "core0", 60),
+    modes("celesta.whip", "core0", 220),
+    modes("harpsichord.whip", "core0", 230),
+    modes("clavichord-heard.whip", "core0", 100),
+    Target {
+        is_entry: true,
+        ..modes("snap-dome.whip", "core0", 30)
+    },
+    Target {
+        board: "rp2040",
+        ..modes("harpsichord.whip", "core0", 220)
+    },
+    Target {
+        board: "stm32f4",
+        ..modes("harpsichord.whip", "core0", 100)
+    },
+    modes("keytar.whip", "core1_part0", 30),
+    modes("rubbed-mouse.whip", "core0_part1", 10),
+];
+
+/// How many of the targets take little time.
+const QUICK: usize = 7;
+
+/// Faults that are judged one after the other, with the same numbers.
+const PIECE: usize = 16;
+
+/// How often something is drawn that may not fit.
+const TRIES: usize = 100;
+
+/// What became of faults.
+#[derive(Default, Clone, Copy)]
+struct Count {
+    /// Refuted with numbers.
+    refuted: usize,
+    unproven: usize,
+    /// None: no path comes to it.
+    aside: usize,
+    /// None: the operands commute.
+    commuted: usize,
+    /// None: only what is not read is other.
+    dead: usize,
+    /// Validated all the same.
+    survived: usize,
+}
+
+impl Count {
+    /// All, then each.
+    fn numbers(self) -> [usize; 7] {
+        let Count {
+            refuted,
+            unproven,
+            aside,
+            commuted,
+            dead,
+            survived,
+        } = self;
+        let all = refuted + unproven + aside + commuted + dead + survived;
+        [all, refuted, unproven, aside, commuted, dead, survived]
+    }
+
+    fn line(self) -> String {
+        let columns = self.numbers().map(|number| format!("{number:9}"));
+        columns.concat()
+    }
+}
+
+/// What the columns of a count are.
+const COLUMNS: [&str; 7] = [
+    "all", "refuted", "unproven", "aside", "commuted", "dead", "survived",
+];
+
+/// Code of keys, in which faults are put.
+struct Site<'a> {
+    target: Target,
+    arch: Arch,
+    code: Code,
+    /// Where each symbol begins.
+    begins: Vec<u32>,
+    asked: &'a Asked<'a>,
+    proven: Proven<'a>,
+    /// Where the tick's entry begins, and what is behind the last key.
+    entry: u32,
+    end: u32,
+}
+
+impl<'a> Site<'a> {
+    /// Faults of all kinds alike, in all its modes alike, none twice.
+    fn faults(&self, count: usize, seed: u64) -> Vec<Fault> {
+        let whose: Vec<Option<ModeId>> = match self.target.is_entry {
+            true => vec![None],
+            false => self.proven.modes().into_iter().map(Some).collect(),
+        };
+        let share = |at: usize| count * (at + 1) / whose.len() - count * at / whose.len();
+        let faults = whose.iter().enumerate().map(|(at, mode)| {
+            let mut rng = Rng::new(seed.wrapping_mul(1 << 20).wrapping_add(at as u64));
+            self.faults_of(*mode, share(at), &mut rng)
+        });
+        faults.flatten().collect()
+    }
+
+    fn faults_of(&self, mode: Option<ModeId>, count: usize, rng: &mut Rng) -> Vec<Fault> {
+        let (from, placed) = self.code_from(&self.code, mode);
+        let (mut known, mut all) = (BTreeSet::new(), Vec::new());
+        for _ in 0..TRIES * count {
+            if all.len() == count {
+                break;
+            }
+            let kind = rng.pick(&KINDS).0;
+            let found = (0..TRIES).find_map(|_| {
+                let own = rng.pick(&placed);
+                Some((own, faulty(rng, &self.code, self.arch, own, kind)?))
+            });
+            let Some((placed, words)) = found else {
+                continue;
+            };
+            if known.insert((placed.0, words.clone())) {
+                all.push(Fault {
+                    kind,
+                    mode,
+                    from,
+                    placed,
+                    words,
+                });
+            }
+        }
+        all
+    }
+
+    /// The instructions of a mode, or of the tick's entry, and where they begin.
+    fn code_from(&self, code: &Code, mode: Option<ModeId>) -> (u32, Vec<Placed>) {
+        let from = mode.map_or(self.entry, |mode| self.asked.code_of_mode(mode));
+        (from, code_of_key(code, self.arch, from, self.behind(from)))
+    }
+
+    /// Where the next piece of code begins.
+    fn behind(&self, from: u32) -> u32 {
+        let behind = self.begins.iter().filter(|at| **at > from).min();
+        behind.copied().unwrap_or(from)
+    }
+
+    /// What is live where a key's code goes on to the next key's, or to the end of the tick.
+    fn live_at_exit(&self) -> Live {
+        let modes = self.asked.modes().modes.ids();
+        let all = modes.map(|mode| self.code_from(&self.code, Some(mode)).1);
+        let end = instructions(&self.code, self.arch, self.end, self.behind(self.end));
+        let all: Vec<Vec<Placed>> = all.chain([end]).collect();
+        let roles = [6, 7, 10, 11, reg::SP];
+        let mut exit = Live {
+            registers: roles.iter().fold(0, |all, register| all | 1 << register),
+            flags: Flags::Q | Flags::GE,
+        };
+        loop {
+            let first = all.iter().map(|code| match code.first() {
+                Some((at, _, inst)) => live_behind(code, exit)[at].before(inst),
+                None => ALL,
+            });
+            let more = first.fold(exit, Live::and);
+            if more == exit {
+                return exit;
+            }
+            exit = more;
+        }
+    }
+
+    /// Whether the fault is other only in what nobody reads.
+    fn is_dead(&self, fault: &Fault, exit: Live) -> bool {
+        let (at, _, was) = fault.placed;
+        let differs = fault.now(self.arch).and_then(|now| difference(&was, &now));
+        let Some(differs) = differs else { return false };
+        [self.code.clone(), fault.put(&self.code)]
+            .iter()
+            .all(|code| {
+                let behind = live_behind(&self.code_from(code, fault.mode).1, exit);
+                behind.get(&at).is_some_and(|live| !live.meets(differs))
+            })
+    }
+
+    /// The verdict on each.
+    fn judge(&self, faults: Vec<Fault>) -> Vec<(Fault, Verdict)> {
+        let mut pieces: Vec<Vec<Fault>> = Vec::new();
+        for fault in faults {
+            match pieces.last_mut() {
+                Some(last) if last.len() < PIECE && last[0].mode == fault.mode => last.push(fault),
+                _ => pieces.push(vec![fault]),
+            }
+        }
+        let judged = parallel::map(pieces, |piece| {
+            let mut ticks = self.proven.ticks(piece[0].mode.unwrap_or(ModeId(0)));
+            let judged = piece.into_iter().map(|fault| {
+                let at = fault.placed.0;
+                let changed = at..at + 2 * fault.words.len() as u32;
+                let verdict = self
+                    .proven
+                    .judge(&mut ticks, &fault.put(&self.code), &changed);
+                (fault, verdict)
+            });
+            judged.collect::<Vec<_>>()
+        });
+        judged.into_iter().flatten().collect()
+    }
+}
+
+/// Puts faults into a target; tells what became of them.
+fn told(target: Target, count: usize, seed: u64) -> String {
+    let built = built_of(target.file, target.board);
+    let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
+    let code = code_of(&built.whole);
+    let all = questions(&built.whole, &instruments);
+    let asked = all.iter().find(|asked| asked.name == target.code);
+    let asked: &Asked = asked.expect("the image has that code");
+    let question = asked.question(&built.whole, &code);
+    let symbols = built.whole.image.symbols.iter();
+    let site = Site {
+        target,
+        arch: built.whole.image.arch,
+        code: code.clone(),
+        begins: symbols.map(|symbol| symbol.address).collect(),
+        asked,
+        proven: Proven::new(&question).expect("what all modes begin with is validated"),
+        entry: question.symbols.tick,
+        end: question.symbols.end,
+    };
+    let exit = site.live_at_exit();
+    let mut counts: BTreeMap<Kind, Count> = BTreeMap::new();
+    let mut survivors = String::new();
+    for (fault, verdict) in site.judge(site.faults(count, seed)) {
+        let own = counts.entry(fault.kind).or_default();
+        match verdict {
+            Verdict::Refuted { .. } => own.refuted += 1,
+            Verdict::Unproven { .. } => own.unproven += 1,
+            Verdict::Validated { cases: 0 } => own.aside += 1,
+            Verdict::Validated { .. } if fault.is_commuted(site.arch) => own.commuted += 1,
+            Verdict::Validated { .. } if site.is_dead(&fault, exit) => own.dead += 1,
+            Verdict::Validated { .. } => {
+                own.survived += 1;
+                let _ = writeln!(survivors, "  {}", fault.line(site.arch));
+            }
+        }
+    }
+    let Target {
+        file, board, code, ..
+    } = target;
+    let columns = COLUMNS.map(|column| format!("{column:>9}")).concat();
+    let mut text = format!("{file}, {code} on {board}\n  {:28}{columns}\n", "");
+    for (kind, count) in &counts {
+        let _ = writeln!(text, "  {:28}{}", name(*kind), count.line());
+    }
+    text + &survivors
+}
+
+#[test]
+fn faults_are_not_validated() {
+    let wanted = whippen_need::asked("WHIPPEN_FAULTS");
+    let count: usize = wanted.unwrap_or(240);
+    let seed = whippen_need::count("WHIPPEN_SEED", 7);
+    let targets = match wanted {
+        Some(_) => &TARGETS[..],
+        None => &TARGETS[..QUICK],
+    };
+    let mut text = String::new();
+    let only: Option<usize> = whippen_need::asked("WHIPPEN_TARGET");
+    let is_asked = |at: &usize| only.is_none_or(|only| only == *at);
+    for (at, target) in targets.iter().enumerate().filter(|(at, _)| is_asked(at)) {
+        let begun = Instant::now();
+        let seed = Rng::new(seed).next().wrapping_add(at as u64);
+        let told = told(*target, count * target.share / 1000, seed);
+        if wanted.is_some() {
+            println!("{told}  in {:.1} s", begun.elapsed().as_secs_f64());
+        }
+        text += &told;
+    }
+    if wanted.is_none() && only.is_none() {
+        insta::assert_snapshot!(text);
+    }
+}
