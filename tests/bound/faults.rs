@@ -4,196 +4,25 @@
 //! takes long; `WHIPPEN_SEED=N` other ones, `WHIPPEN_TARGET=N` those of one target alone.
 
 mod none;
+mod put;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
+use std::ops::Range;
 use std::time::Instant;
 
 use whippen_compiler::modes::ModeId;
-use whippen_compiler::validate::{Code, Proven, Verdict};
+use whippen_compiler::validate::{Code, Proven, Question, Verdict, validate};
 use whippen_compiler::validation::{Asked, code_of, questions};
 use whippen_compiler::{Rng, parallel};
-use whippen_isa::{Arch, Code as Halfwords, Flags, Inst, ItState, Op, decode, is_wide, reg};
+use whippen_isa::{Arch, Code as Halfwords, Flags, Op, parse, reg};
 use whippen_runtime::image::ImageInstrument;
 
 use crate::validated::built_of;
 
-use none::{ALL, Live, difference, is_commuted, live_behind};
-
-/// The instruction that does nothing.
-pub const NOP: u16 = 0xbf00;
-
-/// An instruction where it stands.
-pub type Placed = (u32, ItState, Inst);
-
-/// The instructions of a piece of code.
-fn instructions(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> {
-    let (mut at, mut it) = (from, ItState::OUTSIDE);
-    let mut all = Vec::new();
-    while let Some(first) = code.half(at).filter(|_| at < to) {
-        let second = code.half(at + 2).filter(|_| is_wide(first)).unwrap_or(0);
-        let Ok(inst) = decode(first, second, arch, it) else {
-            break;
-        };
-        all.push((at, it, inst));
-        it = match inst.op() {
-            Op::IT => ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8)
-                .expect("it was decoded"),
-            _ => it.advance(),
-        };
-        at += inst.size();
-    }
-    all
-}
-
-/// The instructions of a mode or of a tick's entry: the last goes to a key's code.
-pub fn code_of_key(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> {
-    let mut all = instructions(code, arch, from, to);
-    let last = all.iter().rposition(|(.., inst)| inst.op() == Op::BX);
-    all.truncate(last.map_or(0, |last| last + 1));
-    all
-}
-
-/// What is done to an instruction.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Kind {
-    Swapped,
-    /// What is added to its constant.
-    Constant(i8),
-    Shift,
-    Condition,
-    Result,
-    Operand,
-    Data,
-    LeftOut,
-    StoreLeftOut,
-    Bit,
-}
-
-/// All kinds, with their names.
-const KINDS: [(Kind, &str); 12] = [
-    (Kind::Swapped, "operands swapped"),
-    (Kind::Constant(1), "a constant + 1"),
-    (Kind::Constant(-1), "a constant - 1"),
-    (Kind::Constant(4), "a constant + 4"),
-    (Kind::Shift, "a shift + 1"),
-    (Kind::Condition, "the opposite condition"),
-    (Kind::Result, "another result"),
-    (Kind::Operand, "another operand"),
-    (Kind::Data, "another register of memory"),
-    (Kind::LeftOut, "left out"),
-    (Kind::StoreLeftOut, "a store left out"),
-    (Kind::Bit, "a bit turned"),
-];
-
-fn name(kind: Kind) -> &'static str {
-    let own = KINDS.iter().find(|(own, _)| *own == kind);
-    own.map_or("", |(_, name)| name)
-}
-
-/// Other halfwords for an instruction.
-#[derive(Clone)]
-struct Fault {
-    kind: Kind,
-    /// Whose instruction it is; of the tick's entry where there is none.
-    mode: Option<ModeId>,
-    /// Where its code begins.
-    from: u32,
-    placed: Placed,
-    words: Vec<u16>,
-}
-
-impl Fault {
-    fn put(&self, code: &Code) -> Code {
-        let mut faulty = code.clone();
-        for (at, word) in (self.placed.0..).step_by(2).zip(&self.words) {
-            faulty.put(at, *word);
-        }
-        faulty
-    }
-
-    /// The instruction that is there now; none where there is none.
-    fn now(&self, arch: Arch) -> Option<Inst> {
-        let second = self.words.get(1).copied().unwrap_or(0);
-        decode(self.words[0], second, arch, self.placed.1).ok()
-    }
-
-    fn is_commuted(&self, arch: Arch) -> bool {
-        let now = self.now(arch);
-        now.is_some_and(|now| is_commuted(&self.placed.2, &now))
-    }
-
-    fn line(&self, arch: Arch) -> String {
-        let now = self.now(arch).map(|inst| inst.to_string());
-        let now = now.unwrap_or("no instruction".to_string());
-        let whose = self.mode.map(|mode| format!("mode {mode}"));
-        let whose = whose.unwrap_or("entry".to_string());
-        let (offset, was) = (self.placed.0 - self.from, self.placed.2);
-        let kind = name(self.kind);
-        format!("{whose} + {offset:#x}: {kind}: {was} -> {now}")
-    }
-}
-
-/// What an instruction becomes, as halfwords; none where nothing would be other, or where its
-/// length would.
-fn faulty(rng: &mut Rng, code: &Code, arch: Arch, placed: Placed, kind: Kind) -> Option<Vec<u16>> {
-    let (at, it, inst) = placed;
-    let halves = inst.size() / 2;
-    let old: Vec<u16> = (0..halves)
-        .filter_map(|half| code.half(at + 2 * half))
-        .collect();
-    let words = match kind {
-        Kind::LeftOut | Kind::StoreLeftOut => {
-            let is_asked = kind == Kind::LeftOut || is_store(inst.op());
-            let is_possible = halves == 1 || !it.inside();
-            (is_possible && is_asked).then(|| vec![NOP; halves as usize])?
-        }
-        Kind::Bit => {
-            let mut words = old.clone();
-            let half = rng.below(halves.into()) as usize;
-            words[half] ^= 1 << rng.below(16);
-            (is_wide(words[0]) == (halves == 2)).then_some(words)?
-        }
-        _ => match faulty_operands(kind, inst)?.encode(arch).ok()? {
-            Halfwords::Narrow(first) => vec![first],
-            Halfwords::Wide(first, second) => vec![first, second],
-        },
-    };
-    (words != old && words.len() == old.len()).then_some(words)
-}
-
-fn faulty_operands(kind: Kind, inst: Inst) -> Option<Inst> {
-    let mut faulty = inst;
-    let next = |register: u8| (register + 1) & 7;
-    match kind {
-        Kind::Swapped => std::mem::swap(&mut faulty.n, &mut faulty.m),
-        Kind::Constant(by) => faulty.imm = faulty.imm.wrapping_add_signed(by.into()),
-        Kind::Shift => faulty.amount = (faulty.amount + 1) & 31,
-        Kind::Condition if inst.op() == Op::IT => faulty.imm ^= 0x10,
-        Kind::Condition => faulty.cond = faulty.cond?.invert(),
-        Kind::Result => faulty.d = next(faulty.d),
-        Kind::Operand => faulty.n = next(faulty.n),
-        Kind::Data => faulty.t = next(faulty.t),
-        Kind::LeftOut | Kind::StoreLeftOut | Kind::Bit => return None,
-    }
-    Some(faulty)
-}
-
-fn is_store(op: Op) -> bool {
-    matches!(
-        op,
-        Op::STR_immediate
-            | Op::STR_register
-            | Op::STRH_immediate
-            | Op::STRH_register
-            | Op::STRB_immediate
-            | Op::STRB_register
-            | Op::STRD_immediate
-            | Op::STM
-            | Op::STMDB
-            | Op::PUSH
-    )
-}
+use none::{ALL, Live, difference, live_behind};
+use put::{Fault, KINDS, Kind, faulty, instructions, name};
+pub use put::{NOP, Placed, code_of_key};
 
 /// Where faults are put: the code of which keys or part, or the entry of their tick.
 #[derive(Clone, Copy)]
@@ -260,23 +89,29 @@ struct Count {
     commuted: usize,
     /// None: only what is not read is other.
     dead: usize,
+    /// In the part of the tick's entry that opens the ring of events, which is not looked at.
+    events: usize,
     /// Validated all the same.
     survived: usize,
 }
 
 impl Count {
     /// All, then each.
-    fn numbers(self) -> [usize; 7] {
+    fn numbers(self) -> [usize; 8] {
         let Count {
             refuted,
             unproven,
             aside,
             commuted,
             dead,
+            events,
             survived,
         } = self;
-        let all = refuted + unproven + aside + commuted + dead + survived;
-        [all, refuted, unproven, aside, commuted, dead, survived]
+        let found = refuted + unproven;
+        let all = found + aside + commuted + dead + events + survived;
+        [
+            all, refuted, unproven, aside, commuted, dead, events, survived,
+        ]
     }
 
     fn line(self) -> String {
@@ -286,8 +121,8 @@ impl Count {
 }
 
 /// What the columns of a count are.
-const COLUMNS: [&str; 7] = [
-    "all", "refuted", "unproven", "aside", "commuted", "dead", "survived",
+const COLUMNS: [&str; 8] = [
+    "all", "refuted", "unproven", "aside", "commuted", "dead", "events", "survived",
 ];
 
 /// Code of keys, in which faults are put.
@@ -302,6 +137,9 @@ struct Site<'a> {
     /// Where the tick's entry begins, and what is behind the last key.
     entry: u32,
     end: u32,
+    /// In the state: each word that the entry computes for all keys, and the next event's address.
+    shared: Vec<u32>,
+    next_event: u32,
 }
 
 impl<'a> Site<'a> {
@@ -369,6 +207,7 @@ impl<'a> Site<'a> {
         let mut exit = Live {
             registers: roles.iter().fold(0, |all, register| all | 1 << register),
             flags: Flags::Q | Flags::GE,
+            slots: 0,
         };
         loop {
             let first = all.iter().map(|code| match code.first() {
@@ -394,6 +233,24 @@ impl<'a> Site<'a> {
                 let behind = live_behind(&self.code_from(code, fault.mode).1, exit);
                 behind.get(&at).is_some_and(|live| !live.meets(differs))
             })
+    }
+
+    /// The part of the tick's entry that opens the ring of events: behind the last word that it
+    /// computes for all keys, up to where the next event is stored.
+    fn events(&self) -> Range<u32> {
+        let entry = self.code_from(&self.code, None).1;
+        let stores = entry.iter().filter(|(.., inst)| {
+            inst.op() == Op::STR_immediate && inst.n == 6 && !inst.wback && inst.index
+        });
+        let (mut from, mut to) = (self.entry, self.entry);
+        for (at, _, inst) in stores {
+            if self.shared.contains(&inst.imm) {
+                from = at + inst.size();
+            } else if inst.imm == self.next_event {
+                to = at + inst.size();
+            }
+        }
+        from..to
     }
 
     /// The verdict on each.
@@ -440,6 +297,8 @@ fn told(target: Target, count: usize, seed: u64) -> String {
         proven: Proven::new(&question).expect("what all modes begin with is validated"),
         entry: question.symbols.tick,
         end: question.symbols.end,
+        shared: question.places.lives[question.modes.kernel.lives.len()..].to_vec(),
+        next_event: question.places.next_event,
     };
     let exit = site.live_at_exit();
     let mut counts: BTreeMap<Kind, Count> = BTreeMap::new();
@@ -452,6 +311,7 @@ fn told(target: Target, count: usize, seed: u64) -> String {
             Verdict::Validated { cases: 0 } => own.aside += 1,
             Verdict::Validated { .. } if fault.is_commuted(site.arch) => own.commuted += 1,
             Verdict::Validated { .. } if site.is_dead(&fault, exit) => own.dead += 1,
+            Verdict::Validated { .. } if site.events().contains(&fault.placed.0) => own.events += 1,
             Verdict::Validated { .. } => {
                 own.survived += 1;
                 let _ = writeln!(survivors, "  {}", fault.line(site.arch));
@@ -492,5 +352,45 @@ fn faults_are_not_validated() {
     }
     if wanted.is_none() && only.is_none() {
         insta::assert_snapshot!(text);
+    }
+}
+
+/// A tick that does not go back to where it was called from, with the stack as it was.
+#[test]
+fn a_tick_that_does_not_return_is_not_validated() {
+    let built = built_of("snap-dome.whip", "rp2350");
+    let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
+    let code = code_of(&built.whole);
+    let all = questions(&built.whole, &instruments);
+    let question = all[0].question(&built.whole, &code);
+    let arch = built.whole.image.arch;
+    let find = |from: u32, text: &str| {
+        let mut all = instructions(&code, arch, from, from + 400).into_iter();
+        let found = all.find(|(.., inst)| inst.to_string().starts_with(text));
+        found.unwrap_or_else(|| panic!("no `{text}`")).0
+    };
+    let [tick, end] = [question.symbols.tick, question.symbols.end];
+    let cases = [
+        ("push", find(tick, "push {lr}"), "nop"),
+        ("push", find(tick, "push {lr}"), "push {r0, lr}"),
+        ("taken", find(tick, "sub sp"), "sub sp, #4"),
+        ("taken back", find(end, "add sp"), "nop"),
+        ("popped", find(end, "pop {pc}"), "pop {r0, pc}"),
+    ];
+    assert!(validate(&question).modes[0].is_validated());
+    for (what, at, text) in cases {
+        let inst = parse(text, arch, None).expect("an instruction");
+        let Ok(Halfwords::Narrow(word)) = inst.encode(arch) else {
+            panic!("{text} is wide");
+        };
+        let mut faulty = code.clone();
+        faulty.put(at, word);
+        let question = Question {
+            code: &faulty,
+            ..question.clone()
+        };
+        let report = validate(&question);
+        assert!(!report.entry.is_validated(), "{what}: {text}");
+        assert!(!report.modes[0].is_validated(), "{what}: {text}");
     }
 }

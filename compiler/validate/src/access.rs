@@ -216,6 +216,22 @@ impl Machine<'_> {
         self.transfer(terms, inst.t2, values[1], behind, moved)
     }
 
+    /// A list of registers from the stack, PC the last of them; gives what that is.
+    pub fn pop_and_return(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Term> {
+        let others = Inst {
+            imm: inst.imm & !(1 << PC),
+            ..*inst
+        };
+        if others.imm != 0 {
+            self.multiple(terms, &others)?;
+        }
+        let at = self.register(terms, SP)?;
+        let back = self.load(terms, at, 4)?;
+        let behind = terms.plus(at, 4)?;
+        self.write(terms, SP, behind)?;
+        Ok(back)
+    }
+
     fn multiple(&mut self, terms: &mut Terms, inst: &Inst) -> Told<()> {
         let list = inst.imm as u16;
         if list & 1 << PC != 0 {

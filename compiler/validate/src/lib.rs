@@ -20,7 +20,7 @@
 //! | `memory` | loads and stores by address |
 //! | `kernel`, `effects`, `quotient`, `divide` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
-//! | `check`, `entry` | the comparison of modes, and of the tick's entry |
+//! | `check`, `entry`, `end` | the comparison of modes, and of the tick's entry and end |
 //! | `again` | validated code with some of its bytes changed |
 //! | `sample` | what is not shown is tried with numbers: whether it is wrong |
 //!
@@ -36,6 +36,7 @@ mod bounds;
 mod check;
 mod divide;
 mod effects;
+mod end;
 mod entry;
 mod kernel;
 mod machine;

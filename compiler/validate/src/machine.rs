@@ -174,6 +174,7 @@ impl<'a> Machine<'a> {
                 Next::To(to)
             }
             Op::BX => Next::Away(self.register(terms, inst.m)?),
+            Op::POP if inst.imm & 1 << PC != 0 => Next::Away(self.pop_and_return(terms, inst)?),
             Op::CBZ | Op::CBNZ => {
                 let value = self.register(terms, inst.n)?;
                 let zero = terms.constant(0);
