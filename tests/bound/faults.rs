@@ -373,6 +373,7 @@ fn a_tick_that_does_not_return_is_not_validated() {
     let cases = [
         ("push", find(tick, "push {lr}"), "nop"),
         ("push", find(tick, "push {lr}"), "push {r0, lr}"),
+        ("what is pushed", find(tick, "push {lr}"), "push {r0}"),
         ("taken", find(tick, "sub sp"), "sub sp, #4"),
         ("taken back", find(end, "add sp"), "nop"),
         ("popped", find(end, "pop {pc}"), "pop {r0, pc}"),
