@@ -280,12 +280,15 @@ fn is_plain(inst: &Inst) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use whippen_isa::{Arch, ItState, parse};
+    use whippen_isa::{Arch, Cond, ItState, parse};
 
     use super::{Flags, Inst, Live, Placed, difference, is_commuted, live_behind, reg};
 
     fn inst(text: &str) -> Inst {
-        parse(text, Arch::V8M, None).unwrap_or_else(|why| panic!("{text}: {why:?}"))
+        let parsed = parse(text, Arch::V8M, None);
+        // Or in a block of its own.
+        let parsed = parsed.or_else(|_| parse(text, Arch::V8M, Some(Cond::LT)));
+        parsed.unwrap_or_else(|why| panic!("{text}: {why:?}"))
     }
 
     /// Whether the second of two instructions may stand for the first, behind which code comes that
@@ -316,7 +319,7 @@ mod tests {
 
     #[test]
     fn what_nobody_reads_is_no_fault() {
-        let cases: [(&str, &str, &[&str], bool); 15] = [
+        let cases: [(&str, &str, &[&str], bool); 17] = [
             // Written before it is read, and the other way round.
             (
                 "movs r0, #1",
@@ -338,6 +341,19 @@ mod tests {
             ("movs r0, #1", "movs r0, #2", &["ldr r1, [r0]"], false),
             ("ldr r0, [r6]", "ldr r0, [r6, #4]", &[], false),
             ("ldr r0, [r6]", "ldr r1, [r6]", &[], true),
+            // What may be left as it was.
+            (
+                "movs r0, #1",
+                "movs r0, #2",
+                &["movlt r0, r7", "str r0, [r7]"],
+                false,
+            ),
+            (
+                "mov.w r0, #1",
+                "movs.w r0, #1",
+                &["beq .+4", "str r6, [r7]"],
+                false,
+            ),
             // Flags alone.
             ("mov.w r0, #1", "movs.w r0, #1", &["str r0, [r7]"], true),
             (
