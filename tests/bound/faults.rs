@@ -18,7 +18,7 @@ use whippen_compiler::{Rng, parallel};
 use whippen_isa::{Arch, Code as Halfwords, Flags, Op, parse, reg};
 use whippen_runtime::image::ImageInstrument;
 
-use crate::validated::built_of;
+use crate::validated::{Built, built_of};
 
 use none::{ALL, Live, difference, live_behind};
 use put::{Fault, KINDS, Kind, faulty, instructions, name};
@@ -143,6 +143,23 @@ struct Site<'a> {
 }
 
 impl<'a> Site<'a> {
+    fn new(target: Target, built: &Built, asked: &'a Asked<'a>, question: &Question<'a>) -> Self {
+        let symbols = built.whole.image.symbols.iter();
+        let lives = &question.places.lives;
+        Site {
+            target,
+            arch: built.whole.image.arch,
+            code: question.code.clone(),
+            begins: symbols.map(|symbol| symbol.address).collect(),
+            asked,
+            proven: Proven::new(question).expect("what all modes begin with is validated"),
+            entry: question.symbols.tick,
+            end: question.symbols.end,
+            shared: lives[question.modes.kernel.lives.len()..].to_vec(),
+            next_event: question.places.next_event,
+        }
+    }
+
     /// Faults of all kinds alike, in all its modes alike, none twice.
     fn faults(&self, count: usize, seed: u64) -> Vec<Fault> {
         let whose: Vec<Option<ModeId>> = match self.target.is_entry {
@@ -287,19 +304,7 @@ fn told(target: Target, count: usize, seed: u64) -> String {
     let asked = all.iter().find(|asked| asked.name == target.code);
     let asked: &Asked = asked.expect("the image has that code");
     let question = asked.question(&built.whole, &code);
-    let symbols = built.whole.image.symbols.iter();
-    let site = Site {
-        target,
-        arch: built.whole.image.arch,
-        code: code.clone(),
-        begins: symbols.map(|symbol| symbol.address).collect(),
-        asked,
-        proven: Proven::new(&question).expect("what all modes begin with is validated"),
-        entry: question.symbols.tick,
-        end: question.symbols.end,
-        shared: question.places.lives[question.modes.kernel.lives.len()..].to_vec(),
-        next_event: question.places.next_event,
-    };
+    let site = Site::new(target, &built, asked, &question);
     let exit = site.live_at_exit();
     let mut counts: BTreeMap<Kind, Count> = BTreeMap::new();
     let mut survivors = String::new();
@@ -393,5 +398,40 @@ fn a_tick_that_does_not_return_is_not_validated() {
         let report = validate(&question);
         assert!(!report.entry.is_validated(), "{what}: {text}");
         assert!(!report.modes[0].is_validated(), "{what}: {text}");
+    }
+}
+
+/// A register that the tick's entry leaves to all modes is changed by one: no mode by itself does
+/// anything wrong.
+#[test]
+fn a_register_of_all_modes_is_not_changed() {
+    let target = modes("harpsichord.whip", "core0", 0);
+    let built = built_of(target.file, target.board);
+    let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
+    let code = code_of(&built.whole);
+    let all = questions(&built.whole, &instruments);
+    let question = all[0].question(&built.whole, &code);
+    let site = Site::new(target, &built, &all[0], &question);
+    let verdict = |mode: ModeId, at: u32, half: u16| {
+        let mut faulty = site.code.clone();
+        faulty.put(at, half);
+        let mut ticks = site.proven.ticks(mode);
+        site.proven.judge(&mut ticks, &faulty, &(at..at + 2))
+    };
+    // A constant that is there already.
+    let idle = site.proven.modes().into_iter().find_map(|mode| {
+        let all = site.code_from(&site.code, Some(mode)).1;
+        let idle = all.iter().find(|(at, _, inst)| {
+            let is_move = inst.op() == Op::MOV_immediate && inst.size() == 2;
+            is_move && verdict(mode, *at, NOP).is_validated()
+        });
+        idle.map(|(at, ..)| (mode, *at))
+    });
+    let (mode, at) = idle.expect("a move that does nothing");
+    for register in [8, 9, 12] {
+        // MOV of R0 to a high register.
+        let told = verdict(mode, at, 0x4680 | (register & 7)).to_string();
+        let why = format!("unproven (entry): it changes r{register}, which a mode reads");
+        assert_eq!(told, why);
     }
 }
