@@ -343,8 +343,8 @@ mod tests {
             ("ldr r0, [r6]", "ldr r1, [r6]", &[], true),
             // What may be left as it was.
             (
-                "movs r0, #1",
-                "movs r0, #2",
+                "mov.w r0, #1",
+                "mov.w r0, #2",
                 &["movlt r0, r7", "str r0, [r7]"],
                 false,
             ),
