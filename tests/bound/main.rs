@@ -6,6 +6,7 @@
 
 mod audit;
 mod board;
+mod faults;
 mod friction;
 mod image;
 mod own;

@@ -175,12 +175,14 @@ impl Machine<'_> {
     }
 
     /// The word at an address where memory never changes: a literal of the state, or code.
-    fn constant_at(&self, terms: &mut Terms, address: Term) -> Told<Option<u32>> {
+    fn constant_at(&mut self, terms: &mut Terms, address: Term) -> Told<Option<u32>> {
         let code = self.question.code;
         if let Some(address) = terms.number(address) {
-            return Ok(u32::try_from(address)
-                .ok()
-                .and_then(|address| code.word(address)));
+            let Ok(address) = u32::try_from(address) else {
+                return Ok(None);
+            };
+            self.looked_at.extend([address, address.wrapping_add(2)]);
+            return Ok(code.word(address));
         }
         let state = terms.of(Kind::Base(Base::State));
         let at = terms.sub(address, state)?;
@@ -212,6 +214,22 @@ impl Machine<'_> {
         let behind = terms.plus(address, 4)?;
         self.transfer(terms, inst.t, values[0], address, moved)?;
         self.transfer(terms, inst.t2, values[1], behind, moved)
+    }
+
+    /// A list of registers from the stack, PC the last of them; gives what that is.
+    pub fn pop_and_return(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Term> {
+        let others = Inst {
+            imm: inst.imm & !(1 << PC),
+            ..*inst
+        };
+        if others.imm != 0 {
+            self.multiple(terms, &others)?;
+        }
+        let at = self.register(terms, SP)?;
+        let back = self.load(terms, at, 4)?;
+        let behind = terms.plus(at, 4)?;
+        self.write(terms, SP, behind)?;
+        Ok(back)
     }
 
     fn multiple(&mut self, terms: &mut Terms, inst: &Inst) -> Told<()> {

@@ -34,7 +34,37 @@ pub(crate) struct Start {
     pub memory: Memory,
     /// Bytes of the stack from SP on that modes may use.
     pub stack_bytes: i128,
+    /// The halfwords of code that the entry looked at, in order.
+    pub looked_at: Vec<u32>,
 }
+
+impl Start {
+    /// Whether modes find the same.
+    pub fn leaves_as(&self, other: &Start) -> bool {
+        self.registers == other.registers
+            && self.memory.held == other.memory.held
+            && self.stack_bytes == other.stack_bytes
+    }
+}
+
+/// What a path of a mode is to leave, by the Kernel.
+#[derive(Debug, Clone)]
+pub(crate) struct Wanted {
+    memory: Memory,
+    /// The address of the code of the mode.
+    code: u32,
+}
+
+/// A path of code that leaves what the Kernel says.
+#[derive(Debug, Clone)]
+pub(crate) struct Path {
+    pub used: Used,
+    /// The halfwords of code that it looked at, in order.
+    pub looked_at: Vec<u32>,
+}
+
+/// What a case assumes.
+pub(crate) type Assumed = Vec<(Variable, bool)>;
 
 /// What a path of a mode does with registers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -45,16 +75,27 @@ pub(crate) struct Used {
     pub changed: u16,
 }
 
-/// Runs all cases; each begins with what distinguishes it.
+impl Used {
+    /// Of both.
+    pub fn and(self, other: Used) -> Used {
+        Used {
+            read: self.read | other.read,
+            changed: self.changed | other.changed,
+        }
+    }
+}
+
+/// Runs all cases of some cases (of all inputs, where these assume nothing); each begins with what
+/// distinguishes it. Gives what each assumed in the end, and its result.
 ///
 /// # Errors
 /// A case that cannot be shown, or too many.
 pub(crate) fn all_cases<T>(
     terms: &mut Terms,
+    mut left: Vec<Assumed>,
     most: usize,
     mut run: impl FnMut(&mut Terms) -> Told<T>,
-) -> Result<Vec<T>, Doubt> {
-    let mut left: Vec<Vec<(Variable, bool)>> = vec![Vec::new()];
+) -> Result<Vec<(Assumed, T)>, Doubt> {
     let mut results = Vec::new();
     let mut runs = 0;
     while let Some(case) = left.pop() {
@@ -75,7 +116,7 @@ pub(crate) fn all_cases<T>(
             case.push((asks, side));
         }
         match told {
-            Ok(result) => results.push(result),
+            Ok(result) => results.push((case, result)),
             Err(Stop::Impossible) => {}
             Err(Stop::Unproven(doubt)) => return Err(doubt),
             Err(Stop::Split(asks)) => {
@@ -114,7 +155,7 @@ pub(crate) fn check_case(
     terms: &mut Terms,
     mode: ModeId,
     start: &Start,
-) -> Told<Used> {
+) -> Told<Path> {
     for _ in 1..RUNS_MAX {
         match run_case(question, terms, mode, start) {
             Err(Stop::Unproven(_)) => terms.known.refresh(),
@@ -129,18 +170,36 @@ pub(crate) fn run_case(
     terms: &mut Terms,
     mode: ModeId,
     start: &Start,
-) -> Told<Used> {
+) -> Told<Path> {
+    let wanted = run_kernel(question, terms, mode)?;
+    run_code(question, terms, start, &wanted)
+}
+
+/// What the mode leaves in the case that is assumed.
+pub(crate) fn run_kernel(question: &Question, terms: &mut Terms, mode: ModeId) -> Told<Wanted> {
     // The first run learns what is known on this path, which makes the terms of the second simpler.
     let kernel = &question.modes.modes[mode];
     on_one_side(terms, |terms| run_mode(question, terms, kernel))?;
     terms.known.refresh();
-    let (mut wanted, next) = run_mode(question, terms, kernel)?;
+    let (mut memory, next) = run_mode(question, terms, kernel)?;
     // The first word of a record is the address of the code of the key's mode.
     let record = terms.of(Kind::Base(Base::Record));
-    let [own, other] = [mode, next].map(|mode| question.symbols.modes[mode.0 as usize]);
-    let [code_own, code_other] = [own, other].map(|code| terms.constant((code | 1).into()));
-    wanted.store(terms, record, 4, code_other, Truth::YES)?;
-    let mut machine = Machine::new(question, terms, own);
+    let [code, other] = [mode, next].map(|mode| question.symbols.modes[mode.0 as usize]);
+    let code_other = terms.constant((other | 1).into());
+    memory.store(terms, record, 4, code_other, Truth::YES)?;
+    Ok(Wanted { memory, code })
+}
+
+/// Whether the bytes leave what the mode leaves.
+pub(crate) fn run_code(
+    question: &Question,
+    terms: &mut Terms,
+    start: &Start,
+    wanted: &Wanted,
+) -> Told<Path> {
+    let record = terms.of(Kind::Base(Base::Record));
+    let code_own = terms.constant((wanted.code | 1).into());
+    let mut machine = Machine::new(question, terms, wanted.code);
     machine.registers = start.registers;
     machine.memory = start.memory.clone();
     machine
@@ -148,15 +207,26 @@ pub(crate) fn run_case(
         .store(terms, record, 4, code_own, Truth::YES)?;
     let target = machine.run(terms)?;
     compare_end(question, terms, &machine, target)?;
-    compare_memory(question, terms, &wanted, &machine.memory, start)?;
+    compare_memory(question, terms, &wanted.memory, &machine.memory, start)?;
     let changed = (0..16).filter(|r| machine.registers[*r] != start.registers[*r]);
     let roles = ROLES
         .iter()
         .fold(1 << SP, |all, (register, _)| all | 1 << register);
-    Ok(Used {
+    let used = Used {
         read: machine.read & !roles,
         changed: changed.fold(0, |all, register| all | 1 << register) & !roles,
+    };
+    Ok(Path {
+        used,
+        looked_at: in_order(machine.looked_at),
     })
+}
+
+/// Addresses, each once.
+pub(crate) fn in_order(mut addresses: Vec<u32>) -> Vec<u32> {
+    addresses.sort_unstable();
+    addresses.dedup();
+    addresses
 }
 
 /// The key is left for the next one.
@@ -307,11 +377,23 @@ fn is_quotient(kind: &Kind) -> bool {
 impl Terms {
     /// What must be known before a term can be simpler: the innermost choice in it.
     pub fn question_in(&mut self, term: Term) -> Told<Option<Variable>> {
+        self.question_beside(term, &mut FxHashSet::default())
+    }
+
+    /// The same, but for terms that have none.
+    fn question_beside(
+        &mut self,
+        term: Term,
+        plain: &mut FxHashSet<Term>,
+    ) -> Told<Option<Variable>> {
+        if plain.contains(&term) {
+            return Ok(None);
+        }
         let parts = self.sum(term).parts.clone();
         for (atom, _) in parts {
             let kind = self.kind(atom).clone();
             for inner in self.terms_in(&kind) {
-                if let Some(asks) = self.question_in(inner)? {
+                if let Some(asks) = self.question_beside(inner, plain)? {
                     return Ok(Some(asks));
                 }
             }
@@ -328,6 +410,7 @@ impl Terms {
                 return Ok(Some(asks));
             }
         }
+        plain.insert(term);
         Ok(None)
     }
 

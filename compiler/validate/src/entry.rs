@@ -1,9 +1,12 @@
 //! The tick's entry: the registers and words that it leaves to the modes of keys, and tables.
 
-use whippen_isa::reg::SP;
+use std::collections::BTreeSet;
+
+use whippen_isa::reg::{LR, SP};
 
 use crate::Verdict;
-use crate::check::{ROLES, Start, all_cases, differ, on_one_side};
+use crate::check::{ROLES, Start, all_cases, differ, in_order, on_one_side};
+use crate::end::check_end;
 use crate::kernel::run_shared;
 use crate::machine::Machine;
 use crate::memory::Memory;
@@ -91,6 +94,8 @@ struct Left {
     stack_bytes: i128,
     /// Each shared word: as the Kernel says, and as it is stored.
     shared: Vec<(Term, Term)>,
+    /// The halfwords of code that it looked at.
+    looked_at: Vec<u32>,
 }
 
 /// Runs the tick's entry; gives where modes start, and a verdict for each shared word.
@@ -104,7 +109,9 @@ pub(crate) fn check_entry(
     // Each word in one term for all cases, where it can be written so.
     terms.known.forget();
     let whole = run_shared(question, terms, question.shared).unwrap_or_default();
-    let left = all_cases(terms, CASES_MAX, |terms| run_entry(question, terms))?;
+    let all = vec![Vec::new()];
+    let left = all_cases(terms, all, CASES_MAX, |terms| run_entry(question, terms))?;
+    let left: Vec<Left> = left.into_iter().map(|(_, left)| left).collect();
     let mut verdicts = Vec::new();
     let mut replaced = Vec::new();
     let mut memory = Memory::default();
@@ -143,12 +150,30 @@ pub(crate) fn check_entry(
         });
     }
     let registers = registers_of(terms, &left, &replaced);
+    let at_end = check_ends(question, terms, &left)?;
+    let stack_bytes = left.iter().map(|case| case.stack_bytes).min();
+    let of_cases = left.into_iter().flat_map(|case| case.looked_at);
     let start = Start {
         registers,
         memory,
-        stack_bytes: left.iter().map(|case| case.stack_bytes).min().unwrap_or(0),
+        stack_bytes: stack_bytes.unwrap_or(0),
+        looked_at: in_order(of_cases.chain(at_end).collect()),
     };
     Ok((start, verdicts))
+}
+
+/// The end of the tick, by what each case of the entry has taken of the stack. A run with numbers
+/// leaves it out.
+fn check_ends(question: &Question, terms: &mut Terms, left: &[Left]) -> Result<Vec<u32>, Doubt> {
+    if terms.is_sampling() {
+        return Ok(Vec::new());
+    }
+    let taken: BTreeSet<i128> = left.iter().map(|case| case.stack_bytes + 4).collect();
+    let mut all = Vec::new();
+    for bytes in taken {
+        all.extend(check_end(question, terms, bytes)?);
+    }
+    Ok(all)
 }
 
 fn in_words(told: Stop) -> Doubt {
@@ -223,11 +248,17 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
     let Some(taken) = terms.number(taken) else {
         return unproven("the entry does not say what of the stack it takes");
     };
+    let last = terms.plus(stack, -4)?;
+    let back = terms.of(Kind::Register(LR));
+    if machine.memory.load(terms, last, 4)? != back {
+        return unproven("the entry does not keep where the tick returns to");
+    }
     Ok(Left {
         registers: machine.registers,
         // The last word is where the tick returns to.
         stack_bytes: taken - 4,
         shared,
+        looked_at: machine.looked_at,
     })
 }
 

@@ -20,7 +20,8 @@
 //! | `memory` | loads and stores by address |
 //! | `kernel`, `effects`, `quotient`, `divide` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
-//! | `check`, `entry` | the comparison of modes, and of the tick's entry |
+//! | `check`, `entry`, `end` | the comparison of modes, and of the tick's entry and end |
+//! | `again` | validated code with some of its bytes changed |
 //! | `sample` | what is not shown is tried with numbers: whether it is wrong |
 //!
 //! It knows neither selection nor registers' allocation; what an instruction means is written here
@@ -28,12 +29,14 @@
 //! have to do with the Kernel's tick (`modes::verify`).
 
 mod access;
+mod again;
 mod alu;
 mod apply;
 mod bounds;
 mod check;
 mod divide;
 mod effects;
+mod end;
 mod entry;
 mod kernel;
 mod machine;
@@ -50,6 +53,7 @@ mod term;
 mod tests;
 mod truth;
 
+pub use again::{Proven, Ticks};
 pub use places::{Code, LinePlace, Places, Question, Shared, Symbols};
 pub use stop::Reason;
 
@@ -57,7 +61,7 @@ use std::fmt;
 
 use whippen_modes::ModeId;
 
-use check::{Start, Used, all_cases, check_case};
+use check::{Assumed, Path, Start, Used, all_cases, check_case};
 use sample::{refute, refute_shared};
 use stop::Doubt;
 use term::Terms;
@@ -207,22 +211,32 @@ fn check_mode(question: &Question, begun: &Result<Begun, Doubt>, mode: ModeId) -
         return (unproven_entry(), Used::default());
     };
     let mut terms = terms.clone();
-    let run = |terms: &mut Terms| check_case(question, terms, mode, start);
-    match all_cases(&mut terms, CASES_MAX, run) {
-        Err(doubt) => {
-            let refuted = refute(question, &mut terms, mode);
-            let verdict =
-                refuted.map_or_else(|| Verdict::of(doubt), |why| Verdict::Refuted { why });
-            (verdict, Used::default())
-        }
+    match cases_of(question, &mut terms, start, mode, vec![Vec::new()]) {
+        Err(verdict) => (verdict, Used::default()),
         Ok(all) => {
-            let used = all.iter().fold(Used::default(), |sum, own| Used {
-                read: sum.read | own.read,
-                changed: sum.changed | own.changed,
-            });
+            let used = all.iter().map(|(_, path)| path.used);
+            let used = used.fold(Used::default(), Used::and);
             (Verdict::Validated { cases: all.len() }, used)
         }
     }
+}
+
+/// A mode in some of its cases.
+///
+/// # Errors
+/// What is unproven or refuted.
+fn cases_of(
+    question: &Question,
+    terms: &mut Terms,
+    start: &Start,
+    mode: ModeId,
+    cases: Vec<Assumed>,
+) -> Result<Vec<(Assumed, Path)>, Verdict> {
+    let run = |terms: &mut Terms| check_case(question, terms, mode, start);
+    all_cases(terms, cases, CASES_MAX, run).map_err(|doubt| {
+        let refuted = refute(question, terms, mode);
+        refuted.map_or_else(|| Verdict::of(doubt), |why| Verdict::Refuted { why })
+    })
 }
 
 /// A register that one mode changes and another one finds is not what the entry left there.
@@ -231,9 +245,13 @@ fn refuse_clobbered(modes: &mut [Verdict], used: &[Used]) {
     for (verdict, own) in modes.iter_mut().zip(used) {
         let both = own.changed & read;
         if both != 0 {
-            let why = format!("it changes r{}, which a mode reads", both.trailing_zeros());
-            let reason = Reason::Entry;
-            *verdict = Verdict::Unproven { reason, why };
+            *verdict = clobbered(both);
         }
     }
+}
+
+fn clobbered(registers: u16) -> Verdict {
+    let register = registers.trailing_zeros();
+    let why = format!("it changes r{register}, which a mode reads");
+    Verdict::of(Doubt::new(Reason::Entry, why))
 }

@@ -13,8 +13,8 @@ use crate::stop::{Doubt, Stop, Told, unproven};
 use crate::term::{Kind, Term, Terms};
 use crate::truth::Truth;
 
-/// How many instructions a run may have.
-const STEPS_MAX: usize = 100_000;
+/// How many instructions a run may have: more than there are cycles in a tick.
+const STEPS_MAX: usize = 10_000;
 
 /// The condition flags.
 #[derive(Debug, Clone, Copy, Default)]
@@ -41,6 +41,8 @@ pub(crate) struct Machine<'a> {
     pub flags: Flags,
     pub memory: Memory,
     pub pc: u32,
+    /// The halfwords of code that the run looked at, by address, some more than once.
+    pub looked_at: Vec<u32>,
     it: ItState,
     /// Where the instruction takes place.
     pub guard: Truth,
@@ -65,6 +67,7 @@ impl<'a> Machine<'a> {
             flags: Flags::default(),
             memory: Memory::default(),
             pc,
+            looked_at: Vec::new(),
             it: ItState::OUTSIDE,
             guard: Truth::YES,
         }
@@ -99,13 +102,18 @@ impl<'a> Machine<'a> {
         }
     }
 
-    fn fetch(&self) -> Told<(Inst, u32)> {
+    fn fetch(&mut self) -> Told<(Inst, u32)> {
         let code = self.question.code;
+        self.looked_at.push(self.pc);
         let Some(first) = code.half(self.pc) else {
             return unproven(format!("there is no code at {:#x}", self.pc));
         };
         let second = match is_wide(first) {
-            true => code.half(self.pc.wrapping_add(2)).unwrap_or_default(),
+            true => {
+                let second = self.pc.wrapping_add(2);
+                self.looked_at.push(second);
+                code.half(second).unwrap_or_default()
+            }
             false => 0,
         };
         match decode(first, second, self.question.arch, self.it) {
@@ -166,6 +174,7 @@ impl<'a> Machine<'a> {
                 Next::To(to)
             }
             Op::BX => Next::Away(self.register(terms, inst.m)?),
+            Op::POP if inst.imm & 1 << PC != 0 => Next::Away(self.pop_and_return(terms, inst)?),
             Op::CBZ | Op::CBNZ => {
                 let value = self.register(terms, inst.n)?;
                 let zero = terms.constant(0);

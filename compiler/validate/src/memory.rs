@@ -47,15 +47,13 @@ impl Terms {
     }
 
     /// What is of a region in an address: bases, and pointers that memory holds.
-    fn region(&self, term: Term) -> Vec<Atom> {
+    fn region(&self, term: Term) -> impl Iterator<Item = Atom> {
         let parts = self.sum(term).parts.iter().map(|(atom, _)| *atom);
-        parts
-            .filter(|atom| match self.kind(*atom) {
-                Kind::Base(_) => true,
-                Kind::Load(address, 4) => self.pointers.contains(address),
-                _ => false,
-            })
-            .collect()
+        parts.filter(|atom| match self.kind(*atom) {
+            Kind::Base(_) => true,
+            Kind::Load(address, 4) => self.pointers.contains(address),
+            _ => false,
+        })
     }
 
     fn meeting(&mut self, (a, x): (Address, u8), (b, y): (Address, u8)) -> Told<Meeting> {
@@ -68,7 +66,7 @@ impl Terms {
                 _ => Meeting::Unknown,
             });
         }
-        if self.region(a.moving) != self.region(b.moving) {
+        if self.region(a.moving).ne(self.region(b.moving)) {
             return Ok(Meeting::Apart);
         }
         let by = self.sub(a.moving, b.moving)?;

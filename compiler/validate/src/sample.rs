@@ -22,7 +22,7 @@ use crate::stop::{Doubt, Stop};
 use crate::term::{Base, Kind, Term, Terms};
 
 /// Ticks that are tried.
-const TICKS: u64 = 96;
+pub(crate) const TICKS: u64 = 96;
 
 /// The bytes that a run with numbers has found.
 #[derive(Clone)]
@@ -138,7 +138,7 @@ pub(crate) fn refute(question: &Question, terms: &mut Terms, mode: ModeId) -> Op
         } else {
             FxHashMap::default()
         };
-        begin(question, terms, tick, assumed);
+        begin_tick(question, terms, tick, assumed);
         let (start, _) = check_entry(question, terms).ok()?;
         terms.known.forget();
         witness(run_case(question, terms, mode, &start))
@@ -150,7 +150,7 @@ pub(crate) fn refute(question: &Question, terms: &mut Terms, mode: ModeId) -> Op
 /// Tries random ticks; tells one in which the entry leaves something else in a shared word.
 pub(crate) fn refute_shared(question: &Question, terms: &mut Terms, word: usize) -> Option<String> {
     let found = (0..TICKS).find_map(|tick| {
-        begin(question, terms, tick, FxHashMap::default());
+        begin_tick(question, terms, tick, FxHashMap::default());
         let (_, shared) = check_entry(question, terms).ok()?;
         match shared.into_iter().nth(word)? {
             Verdict::Refuted { why } => Some(why),
@@ -162,7 +162,7 @@ pub(crate) fn refute_shared(question: &Question, terms: &mut Terms, word: usize)
 }
 
 /// Begins a run with numbers.
-fn begin(
+pub(crate) fn begin_tick(
     question: &Question,
     terms: &mut Terms,
     seed: u64,
@@ -192,7 +192,8 @@ fn begin(
     });
 }
 
-fn witness<T>(told: Result<T, Stop>) -> Option<String> {
+/// What differs for certain, where something does.
+pub(crate) fn witness<T>(told: Result<T, Stop>) -> Option<String> {
     match told {
         Err(Stop::Unproven(Doubt {
             is_certain: true,
