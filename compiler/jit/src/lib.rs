@@ -257,11 +257,11 @@ impl JitFunctions {
         // memory's layout alone (`Memory` never resizes them), those of the words were checked by
         // `Loaded`, `raised` has room for all events of a tick, and `room` and `constants` are as
         // long as the code says. A stretch lies within the keys; one of whole groups has a multiple
-        // of their number, and of part of a group the mask has bits of keys there are. Indices into cells, tables and lines were
-        // proven inside by `verify`; the proof holds since inputs are clamped to their ranges, and
-        // live values and cells can only be set within theirs. In a kernel that assumes anything,
-        // where the proof may not hold, the code itself holds indices inside and divisions from
-        // trapping.
+        // of their number, and of part of a group the mask has bits of keys there are. Indices into
+        // cells, tables and lines were proven inside by `verify`; the proof holds since inputs are
+        // clamped to their ranges, and live values and cells can only be set within theirs. In a
+        // kernel that assumes anything, where the proof may not hold, the code itself holds indices
+        // inside and divisions from trapping.
         unsafe {
             machine(
                 &raw const *buffers,

@@ -286,17 +286,19 @@ fn ticks_at_random() {
     let (mut made, mut spilled) = (0, 0);
     let mut met = BTreeSet::new();
     for number in 0..count {
-        let kernel = without_probes(&tick(&mut rng).expect("fits"));
-        assert!(supports(&kernel), "{kernel}");
-        met.extend(kernel.tick.all_insts().map(|inst| inst.op.row().name));
+        let whole = tick(&mut rng).expect("fits");
+        assert!(supports(&whole), "{whole}");
         let keys = rng.pick(&[4, 15, 16, 17, 37]);
-        let memory = Memory::new(&kernel, keys).expect("verifies");
-        made += u64::from(sixteen(&kernel, &memory.layout).is_some());
-        spilled += u64::from(spills(&kernel, &memory.layout));
+        let memory = Memory::new(&whole, keys).expect("verifies");
+        made += u64::from(sixteen(&whole, &memory.layout).is_some());
+        spilled += u64::from(spills(&whole, &memory.layout));
+        // Nothing that is not needed, as an engine has it.
+        let kernel = without_probes(&whole);
+        met.extend(kernel.tick.all_insts().map(|inst| inst.op.row().name));
         plays_like_the_interpreter(&kernel, keys, &mut rng, &format!("kernel {number}"));
     }
     println!("{made} of {count} in sixteen lanes, {spilled} of them with spills");
-    assert!(made * 10 > count * 9, "{made}");
+    assert_eq!(made, count, "of all there is code");
     assert!(spilled * 10 > count, "{spilled}");
     assert!(met.len() > 30, "{met:?}");
 }
