@@ -41,7 +41,9 @@ use std::fmt;
 use stretches::{Stretch, stretches};
 use whippen_kernel::layout::EVENT_HEAD;
 use whippen_kernel::memory::Clock;
-use whippen_kernel::{Code, EngineError, Kernel, Loaded, Memory, without_probes};
+use whippen_kernel::{
+    Code, EngineError, Kernel, Loaded, Memory, without_probes, without_probes_in_same_memory,
+};
 
 /// How to compile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,7 +119,7 @@ impl JitCode {
         if observed >= keys {
             return Err(EngineError::Unknown);
         }
-        let bare = without_probes(kernel);
+        let bare = without_probes_in_same_memory(kernel);
         let lanes = lanes::suits(&bare, keys).then_some(&bare);
         JitFunctions::new(kernel, lanes, &memory, Some(observed))
             .map(|code| JitCode(Loaded::new_with(kernel.clone(), memory, code)))

@@ -7,10 +7,14 @@ use whippen_kernel::layout::Layout;
 use whippen_kernel::random::Rng;
 use whippen_kernel::{
     Builder, Interp, Kernel, Memory, Op, OpError, Range, Type, Value, Walk, without_probes,
+    without_probes_in_same_memory,
 };
 
 const CELLS: u64 = 6;
 const ROWS: i64 = 5;
+
+/// Words and bools in turns.
+const PROBES: u64 = 6;
 
 /// What of the declarations the statements name: words, then bools.
 const BOOLS: u32 = CELLS as u32;
@@ -69,6 +73,10 @@ fn declare(b: &mut Builder, rng: &mut Rng) {
     });
     b.line("near", 3, Range::new(0, 65_535));
     b.line("far", 7, all);
+    for n in 0..PROBES {
+        let ty = [Type::I32, Type::I1][n as usize % 2];
+        b.probe(&format!("p{n}"), ty);
+    }
     b.event("none", 0);
     b.event("two", 2);
 }
@@ -145,6 +153,14 @@ fn statements(
                 let args = [seen.word(rng), seen.word(rng)];
                 let two = rng.below(2);
                 b.effect(Op::Emit(two as u32), &args[..2 * two as usize])?;
+            }
+            5 => {
+                let probe = rng.below(PROBES) as u32;
+                let value = match probe % 2 {
+                    0 => seen.word(rng),
+                    _ => seen.bool(rng),
+                };
+                b.effect(Op::Probe(probe), &[value])?;
             }
             3 | 4 if depth < 3 => branch(b, rng, &mut seen, depth)?,
             _ => {
@@ -230,39 +246,43 @@ fn words(rng: &mut Rng, keys: usize) -> Vec<u16> {
     (0..keys).map(|_| word(rng)).collect()
 }
 
-/// Plays a kernel on so many keys; the bytes of code for them.
+/// Plays a kernel on so many keys: all at once, and around a key that is observed.
 fn plays_like_the_interpreter(kernel: &Kernel, keys: usize, rng: &mut Rng, name: &str) {
     let mut interp = Interp::new(kernel, keys).expect("verifies");
-    let options = Options { probes: false };
-    let mut all = JitCode::build(kernel, keys, options).expect("compiles");
+    let probes = !kernel.probes.is_empty();
+    let all = JitCode::build(kernel, keys, Options { probes }).expect("compiles");
     let observed = rng.below(keys as u64) as usize;
-    let mut around = JitCode::build_observing(kernel, keys, observed).expect("compiles");
+    let around = JitCode::build_observing(kernel, keys, observed).expect("compiles");
+    let mut engines = [(all, 0..keys), (around, observed..observed + 1)];
     let start = words(rng, keys);
     interp.init(&start);
-    let engines = [&mut all, &mut around];
-    for engine in engines {
-        engine.init(&start);
-    }
+    engines
+        .iter_mut()
+        .for_each(|(engine, _)| engine.init(&start));
     for tick in 0..12 {
         let now = words(rng, keys);
         let mut expected = vec![0; keys];
         interp.tick(&now, &mut expected);
         let events = interp.drain_events();
-        for engine in [&mut all, &mut around] {
+        for (engine, told_of) in &mut engines {
             let mut out = vec![0; keys];
             engine.tick(&now, &mut out);
-            let told =
-                || format!("{name}, tick {tick}, {keys} keys, {observed} observed\n{kernel}");
+            let told = || format!("{name}, tick {tick}, {keys} keys, {told_of:?}\n{kernel}");
             assert_eq!(out, expected, "outputs of {}", told());
             assert_eq!(engine.drain_events(), events, "events of {}", told());
+            let [left, right] = [engine.memory(), interp.memory()];
+            assert_eq!(left.columns, right.columns, "cells of {}", told());
+            assert_eq!(left.narrow, right.narrow, "narrow lines of {}", told());
+            assert_eq!(left.wide, right.wide, "wide lines of {}", told());
+            let count = kernel.probes.len();
+            let of_keys = told_of.start * count..told_of.end * count;
+            let [left, right] = [engine.probes(), interp.probes()];
             assert_eq!(
-                engine.memory().columns,
-                interp.memory().columns,
-                "{}",
+                left[of_keys.clone()],
+                right[of_keys],
+                "probes of {}",
                 told()
             );
-            assert_eq!(engine.memory().narrow, interp.memory().narrow, "{}", told());
-            assert_eq!(engine.memory().wide, interp.memory().wide, "{}", told());
         }
     }
 }
@@ -287,15 +307,19 @@ fn ticks_at_random() {
     let mut met = BTreeSet::new();
     for number in 0..count {
         let whole = tick(&mut rng).expect("fits");
-        assert!(supports(&whole), "{whole}");
+        // As the keys around one that is observed run.
+        let bare = without_probes_in_same_memory(&whole);
+        assert!(supports(&bare), "{bare}");
         let keys = rng.pick(&[4, 15, 16, 17, 37]);
-        let memory = Memory::new(&whole, keys).expect("verifies");
-        made += u64::from(sixteen(&whole, &memory.layout).is_some());
-        spilled += u64::from(spills(&whole, &memory.layout));
-        // Nothing that is not needed, as an engine has it.
+        let memory = Memory::new(&bare, keys).expect("verifies");
+        made += u64::from(sixteen(&bare, &memory.layout).is_some());
+        spilled += u64::from(spills(&bare, &memory.layout));
+        met.extend(bare.tick.all_insts().map(|inst| inst.op.row().name));
+        let name = format!("kernel {number}");
+        plays_like_the_interpreter(&whole, keys, &mut rng, &name);
+        // And with nothing that is not needed.
         let kernel = without_probes(&whole);
-        met.extend(kernel.tick.all_insts().map(|inst| inst.op.row().name));
-        plays_like_the_interpreter(&kernel, keys, &mut rng, &format!("kernel {number}"));
+        plays_like_the_interpreter(&kernel, keys, &mut rng, &name);
     }
     println!("{made} of {count} in sixteen lanes, {spilled} of them with spills");
     assert_eq!(made, count, "of all there is code");
