@@ -106,7 +106,7 @@ fn refused(change: impl Fn(&str) -> String) -> String {
     let board = board_of(7, 2);
     let (image, _, rate_hz) = whole_keys("virtual-spring.whip", 56, &board, texts);
     let proof = pipeline::prove(&image, &board, rate_hz, &mut unobserved);
-    proof.err().expect("it is refused").to_string()
+    proof.expect_err("it is refused").to_string()
 }
 
 #[test]

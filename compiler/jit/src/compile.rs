@@ -1,7 +1,9 @@
 //! Compilation by Cranelift: from a Kernel to finished machine code.
 
+use super::avx512::Sixteen;
 use super::lanes::Lanes;
 use super::memo;
+use super::string;
 use super::translate::Translator;
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::AbiParam;
@@ -14,17 +16,34 @@ use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
 use whippen_kernel::Kernel;
 use whippen_kernel::layout::Layout;
 
+/// Where finished code begins, in bytes: with a line of the cache.
+const CODE_ALIGNMENT: u64 = 64;
+
 /// Machine code of one kernel.
 pub(super) struct Compiled {
     /// Owns the code.
     pub module: JITModule,
     /// Constants that the code for lanes reads.
     pub constants: Vec<u128>,
+    /// How many words a tick needs beside its memory.
+    pub room_words: usize,
     /// How many words are kept from one tick to the next.
     pub kept_words: usize,
     init: FuncId,
     single: Option<FuncId>,
     lanes: Option<FuncId>,
+    whole: Option<FuncId>,
+    part: Option<FuncId>,
+}
+
+/// How several keys are to run at once.
+pub(super) enum Several<'a> {
+    /// They do not.
+    Never,
+    /// Four.
+    Four(&'a Kernel),
+    /// Sixteen.
+    Sixteen(Sixteen),
 }
 
 /// What can be called.
@@ -34,17 +53,21 @@ pub(super) enum Function {
     Init,
     /// `tick`, one key after the other.
     Single,
-    /// `tick`, several keys at once.
+    /// `tick`, four keys at once.
     Lanes,
+    /// `tick`, sixteen keys at once.
+    Whole,
+    /// `tick`, some of sixteen keys at once: the last argument has a bit for each.
+    Part,
 }
 
 impl Compiled {
-    /// Compiles `init` of a kernel, its `tick` where it is wanted, and for lanes `tick` of another
-    /// with the same memory.
+    /// Compiles `init` of a kernel, its `tick` where it is wanted, and for several keys `tick` of
+    /// another with the same memory.
     pub fn new(
         kernel: &Kernel,
         single: bool,
-        lanes: Option<&Kernel>,
+        several: Several,
         layout: &Layout,
     ) -> Result<Compiled, String> {
         let mut module = JITModule::new(JITBuilder::with_isa(isa()?, default_libcall_names()));
@@ -66,25 +89,49 @@ impl Compiled {
             .then(|| define(&mut module, "tick", alone(&kernel.tick, plan.as_ref())))
             .transpose()?
             .map(|(id, ())| id);
-        let several = |kernel| {
-            let fill = |f: FunctionBuilder, config| {
-                Lanes::new(kernel, layout, f).function(&kernel.tick, config)
-            };
-            define(&mut module, "lanes", fill)
-        };
-        let (lanes, constants) = lanes.map(several).transpose()?.unzip();
-        module
-            .finalize_definitions()
-            .map_err(|error| error.to_string())?;
-        let constants = constants.unwrap_or_default();
-        Ok(Compiled {
+        let mut compiled = Compiled {
             module,
-            constants,
+            constants: Vec::new(),
+            room_words: string::ROOM_WORDS,
             kept_words,
             init,
             single,
-            lanes,
-        })
+            lanes: None,
+            whole: None,
+            part: None,
+        };
+        compiled.several(several, layout)?;
+        compiled
+            .module
+            .finalize_definitions()
+            .map_err(|error| error.to_string())?;
+        Ok(compiled)
+    }
+
+    /// Adds what runs several keys at once.
+    fn several(&mut self, several: Several, layout: &Layout) -> Result<(), String> {
+        match several {
+            Several::Never => {}
+            Several::Four(kernel) => {
+                let fill = |f: FunctionBuilder, config| {
+                    Lanes::new(kernel, layout, f).function(&kernel.tick, config)
+                };
+                let (lanes, constants) = define(&mut self.module, "lanes", fill)?;
+                (self.lanes, self.constants) = (Some(lanes), constants);
+            }
+            Several::Sixteen(Sixteen {
+                whole,
+                part,
+                constants,
+                room_words,
+            }) => {
+                self.whole = Some(define_bytes(&mut self.module, "whole", &whole)?);
+                self.part = Some(define_bytes(&mut self.module, "part", &part)?);
+                self.constants = constants;
+                self.room_words = self.room_words.max(room_words);
+            }
+        }
+        Ok(())
     }
 
     /// The address of a function.
@@ -93,6 +140,8 @@ impl Compiled {
             Function::Init => Some(self.init),
             Function::Single => self.single,
             Function::Lanes => self.lanes,
+            Function::Whole => self.whole,
+            Function::Part => self.part,
         };
         id.map(|id| self.module.get_finalized_function(id))
     }
@@ -146,6 +195,20 @@ fn define<T>(
         .define_function(id, &mut context)
         .map_err(|error| explain(&context, &error))?;
     Ok((id, filled))
+}
+
+/// Takes over finished code of such a function.
+fn define_bytes(module: &mut JITModule, name: &str, bytes: &[u8]) -> Result<FuncId, String> {
+    let mut signature = module.make_signature();
+    let pointer = AbiParam::new(module.target_config().pointer_type());
+    signature.params = vec![pointer, AbiParam::new(I64), AbiParam::new(I64)];
+    let id = module
+        .declare_function(name, Linkage::Local, &signature)
+        .map_err(|error| error.to_string())?;
+    module
+        .define_function_bytes(id, CODE_ALIGNMENT, bytes, &[])
+        .map_err(|error| error.to_string())?;
+    Ok(id)
 }
 
 fn explain(context: &Context, error: &cranelift_module::ModuleError) -> String {

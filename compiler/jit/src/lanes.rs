@@ -8,9 +8,10 @@
 //! ```
 //!
 //! **When.** Code for lanes is made for keyboards of at least [`WIDTH`] keys, on the machines where
-//! it is tested ([`suits`]); what is left when keys are grouped runs one key after the other. Every
-//! operator has a form for lanes: where vectors have none (`div_round`, `sqrt`, `lookup`, indices
-//! that differ), the lanes are taken apart.
+//! it is tested ([`suits`]), unless sixteen keys run at once ([`super::avx512`]); what is left when
+//! keys are grouped runs one key after the other. Every operator has a form for lanes: where
+//! vectors have none (`div_round`, `sqrt`, `lookup`, indices that differ), the lanes are taken
+//! apart.
 //!
 //! **Branches.** An arm of an `if` that is cheap and has no effect is computed for all lanes, and
 //! each takes its own ([`control`]). Any other arm is skipped where no lane wants it; if one does,
@@ -27,6 +28,8 @@ mod arithmetic;
 mod control;
 mod memory;
 mod operator;
+
+pub(super) use control::{CHEAP, cost};
 
 use super::loop_context::Buffer;
 use super::translate::Translator;

@@ -1,5 +1,5 @@
-//! Just-in-time compilation of a Kernel by Cranelift for the computer this runs on: a second engine
-//! beside `interp`.
+//! Just-in-time compilation of a Kernel for the computer this runs on, by Cranelift and by its own
+//! code: a second engine beside `interp`.
 //!
 //! `init` and `tick` become functions over a stretch of keys, with the loop over the keys inside:
 //!
@@ -10,22 +10,18 @@
 //!         next key --------------------------------------------------------+
 //! ```
 //!
-//! `tick` is compiled twice for keyboards, for single keys and for four keys at once (`lanes`):
+//! Keyboards run several keys at once: sixteen where the machine has AVX-512 and a tick is made of
+//! words (`avx512`), else four (`lanes`), and what is left one by one (`stretches`).
 //!
-//! ```text
-//!   key 0 .. 3 | 4 .. 7 | ... | 84 .. 87        all in lanes
-//!   key 0 .. 3 | 4 .. 7 | 8 | 9                 what is left, one by one
-//!   key 0 .. 3 | 4 | 5 | 6 | 7 | 8 .. 11        where key 5 alone is observed: its group one by one, with probes
-//! ```
-//!
-//! Both work on the same [`Memory`] as the interpreter and agree with it in every byte. The proofs
+//! All work on the same [`Memory`] as the interpreter and agree with it in every byte. The proofs
 //! of `verify` carry over: since no value can leave its range, 32-bit values of a single key live
 //! sign-extended in 64-bit registers, where their operators give the same results, and neither
 //! `widen` nor `narrow` costs anything.
 //!
-//! The only unsafe code of the compiler is in this file: calling what Cranelift made, being called
+//! The only unsafe code of the compiler is in this file: calling what was compiled, being called
 //! by it, and freeing it.
 
+mod avx512;
 mod compile;
 mod lanes;
 mod loop_context;
@@ -33,17 +29,21 @@ mod memo;
 #[cfg(test)]
 mod random_insts;
 mod saturate;
+mod stretches;
 mod string;
 mod translate;
 mod wave;
 mod zero;
 
-use compile::{Compiled, Function};
+use compile::{Compiled, Function, Several};
 use loop_context::{BUFFERS, Buffer};
 use std::fmt;
+use stretches::{Stretch, stretches};
 use whippen_kernel::layout::EVENT_HEAD;
 use whippen_kernel::memory::Clock;
-use whippen_kernel::{Code, EngineError, Kernel, Loaded, Memory, without_probes};
+use whippen_kernel::{
+    Code, EngineError, Kernel, Loaded, Memory, without_probes, without_probes_in_same_memory,
+};
 
 /// How to compile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,19 +72,11 @@ pub struct JitFunctions {
     stretches: Vec<Stretch>,
     /// Events of a tick of keys in lanes, before they are sorted.
     raised: Vec<u32>,
-    /// What a string's tick needs beside its words.
+    /// What a tick needs beside its memory.
     room: Vec<i32>,
     /// What is kept from one tick to the next.
     kept: Vec<i64>,
     code: Option<Compiled>,
-}
-
-/// Keys that one call runs: from the first on and before the end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Stretch {
-    function: Function,
-    first: usize,
-    end: usize,
 }
 
 /// What is compiled: the first argument points to the bases of all buffers.
@@ -109,8 +101,7 @@ impl JitCode {
         }
         let kernel = bare.unwrap_or_else(|| kernel.clone());
         let lanes = lanes::suits(&kernel, keys).then_some(&kernel);
-        let stretches = stretches(keys, lanes.is_some(), None);
-        JitFunctions::new(&kernel, lanes, &memory, stretches)
+        JitFunctions::new(&kernel, lanes, &memory, None)
             .map(|code| JitCode(Loaded::new_with(kernel.clone(), memory, code)))
     }
 
@@ -128,50 +119,24 @@ impl JitCode {
         if observed >= keys {
             return Err(EngineError::Unknown);
         }
-        let bare = without_probes(kernel);
+        let bare = without_probes_in_same_memory(kernel);
         let lanes = lanes::suits(&bare, keys).then_some(&bare);
-        let stretches = stretches(keys, lanes.is_some(), Some(observed));
-        JitFunctions::new(kernel, lanes, &memory, stretches)
+        JitFunctions::new(kernel, lanes, &memory, Some(observed))
             .map(|code| JitCode(Loaded::new_with(kernel.clone(), memory, code)))
     }
 }
 
-/// Which keys run in lanes: whole groups, but for the group of an observed key.
-fn stretches(keys: usize, lanes: bool, observed: Option<usize>) -> Vec<Stretch> {
-    let grouped = if lanes {
-        keys / lanes::WIDTH * lanes::WIDTH
-    } else {
-        0
+/// How the keys of a kernel run at once that may run in lanes.
+fn several<'a>(lanes: Option<&'a Kernel>, memory: &Memory) -> Several<'a> {
+    let sixteen = |kernel| {
+        let has_it = avx512::machine_has_it();
+        has_it.then(|| avx512::sixteen(kernel, &memory.layout))?
     };
-    let alone = observed
-        .filter(|key| *key < grouped)
-        .map_or(grouped, |key| key / lanes::WIDTH * lanes::WIDTH);
-    let after = (alone + lanes::WIDTH).min(grouped.max(alone));
-    let all = [
-        Stretch {
-            function: Function::Lanes,
-            first: 0,
-            end: alone,
-        },
-        Stretch {
-            function: Function::Single,
-            first: alone,
-            end: after,
-        },
-        Stretch {
-            function: Function::Lanes,
-            first: after,
-            end: grouped,
-        },
-        Stretch {
-            function: Function::Single,
-            first: grouped,
-            end: keys,
-        },
-    ];
-    all.into_iter()
-        .filter(|stretch| stretch.first < stretch.end)
-        .collect()
+    match (lanes, lanes.and_then(sixteen)) {
+        (None, _) => Several::Never,
+        (_, Some(sixteen)) => Several::Sixteen(sixteen),
+        (Some(kernel), None) => Several::Four(kernel),
+    }
 }
 
 impl JitFunctions {
@@ -179,13 +144,15 @@ impl JitFunctions {
         kernel: &Kernel,
         lanes: Option<&Kernel>,
         memory: &Memory,
-        stretches: Vec<Stretch>,
+        observed: Option<usize>,
     ) -> Result<JitFunctions, EngineError> {
+        let several = several(lanes, memory);
+        let stretches = stretches(memory.keys(), &several, observed);
         let single = stretches
             .iter()
             .any(|stretch| stretch.function == Function::Single);
         let code =
-            Compiled::new(kernel, single, lanes, &memory.layout).map_err(EngineError::Host)?;
+            Compiled::new(kernel, single, several, &memory.layout).map_err(EngineError::Host)?;
         let events = lanes.map_or(0, |kernel| {
             kernel.tick.events_max() as usize * memory.keys()
         });
@@ -198,13 +165,13 @@ impl JitFunctions {
                 .collect(),
             stretches,
             raised: vec![0; events * memory.layout.event_words],
-            room: vec![0; string::ROOM_WORDS],
+            room: vec![0; code.room_words],
             kept: vec![memo::NO_WORD; code.kept_words],
             code: Some(code),
         })
     }
 
-    /// Runs a stretch of keys in lanes; what they tell is sorted by keys.
+    /// Runs a stretch of several keys at once; what they tell is sorted by keys.
     fn lanes(
         &mut self,
         stretch: Stretch,
@@ -290,12 +257,13 @@ impl JitFunctions {
         // SAFETY: only `run` calls this, with the buffers of the kernel and the memory that the
         // code was translated for, and the code touches nothing else. Their lengths follow from the
         // memory's layout alone (`Memory` never resizes them), those of the words were checked by
-        // `Loaded`, and `raised` has room for all events of a tick. A stretch lies within the keys;
-        // one in lanes has a multiple of their number. Indices into cells, tables and lines were
-        // proven inside by `verify`; the proof holds since inputs are clamped to their ranges, and
-        // live values and cells can only be set within theirs. In a kernel that assumes anything,
-        // where the proof may not hold, the code itself holds indices inside and divisions from
-        // trapping.
+        // `Loaded`, `raised` has room for all events of a tick, and `room` and `constants` are as
+        // long as the code says. A stretch lies within the keys; one of whole groups has a multiple
+        // of their number, and of part of a group the mask has bits of keys there are. Indices into
+        // cells, tables and lines were proven inside by `verify`; the proof holds since inputs are
+        // clamped to their ranges, and live values and cells can only be set within theirs. In a
+        // kernel that assumes anything, where the proof may not hold, the code itself holds indices
+        // inside and divisions from trapping.
         unsafe {
             machine(
                 &raw const *buffers,
@@ -392,7 +360,7 @@ impl Code for JitFunctions {
         }
         for at in 0..self.stretches.len() {
             let stretch = self.stretches[at];
-            if stretch.function == Function::Lanes {
+            if stretch.function != Function::Single {
                 self.lanes(stretch, kernel, memory, inputs, outputs);
             } else {
                 let buffers = self.buffers(memory, inputs, outputs);
@@ -410,35 +378,5 @@ impl Drop for JitFunctions {
             // is handed out.
             unsafe { code.module.free_memory() }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn shape(keys: usize, lanes: bool, observed: Option<usize>) -> Vec<(Function, usize, usize)> {
-        stretches(keys, lanes, observed)
-            .into_iter()
-            .map(|s| (s.function, s.first, s.end))
-            .collect()
-    }
-
-    #[test]
-    fn whole_groups_run_in_lanes() {
-        use Function::{Lanes, Single};
-        assert_eq!(shape(88, true, None), [(Lanes, 0, 88)]);
-        assert_eq!(shape(10, true, None), [(Lanes, 0, 8), (Single, 8, 10)]);
-        assert_eq!(shape(3, false, None), [(Single, 0, 3)]);
-        assert_eq!(
-            shape(12, true, Some(5)),
-            [(Lanes, 0, 4), (Single, 4, 8), (Lanes, 8, 12)]
-        );
-        assert_eq!(
-            shape(10, true, Some(0)),
-            [(Single, 0, 4), (Lanes, 4, 8), (Single, 8, 10)]
-        );
-        assert_eq!(shape(10, true, Some(9)), [(Lanes, 0, 8), (Single, 8, 10)]);
-        assert_eq!(shape(3, false, Some(1)), [(Single, 0, 3)]);
     }
 }

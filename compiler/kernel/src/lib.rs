@@ -59,7 +59,7 @@ pub use op::{Effect, Immediate, Op, OpError, ROWS};
 pub use parse::{ParseError, parse};
 pub use region::{AllInsts, all_insts};
 pub use strip::sweep_insts;
-pub use strip::{sweep, without_probes};
+pub use strip::{sweep, without_probes, without_probes_in_same_memory};
 pub use verify::{Verified, VerifyError, verify};
 pub use walk::Walk;
 

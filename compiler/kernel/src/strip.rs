@@ -8,22 +8,39 @@ use whippen_ids::IdMap;
 
 /// The same kernel without probes and without what only they needed. Nothing else changes.
 pub fn without_probes(kernel: &Kernel) -> Kernel {
+    let mut kernel = without_instructions_of_probes(kernel);
+    sweep(&mut kernel);
+    kernel
+}
+
+/// The same kernel without probes and without instructions that only they needed. All tables and
+/// constants of each key stay, so that it works on the memory of the kernel with probes.
+pub fn without_probes_in_same_memory(kernel: &Kernel) -> Kernel {
+    let mut kernel = without_instructions_of_probes(kernel);
+    sweep_all_insts(&mut kernel);
+    kernel
+}
+
+fn without_instructions_of_probes(kernel: &Kernel) -> Kernel {
     let mut kernel = Kernel {
         probes: Vec::new(),
         ..kernel.clone()
     };
     drop_probes(&mut kernel.init);
     drop_probes(&mut kernel.tick);
-    sweep(&mut kernel);
     kernel
+}
+
+fn sweep_all_insts(kernel: &mut Kernel) {
+    let mut needed = IdMap::filled(false, kernel.values.len());
+    sweep_insts(&mut kernel.init.insts, &mut needed);
+    sweep_insts(&mut kernel.tick.insts, &mut needed);
 }
 
 /// Removes instructions without effect whose results nobody uses, unused results of `if`, and the
 /// tables and constants of each key that are then named by none.
 pub fn sweep(kernel: &mut Kernel) {
-    let mut needed = IdMap::filled(false, kernel.values.len());
-    sweep_insts(&mut kernel.init.insts, &mut needed);
-    sweep_insts(&mut kernel.tick.insts, &mut needed);
+    sweep_all_insts(kernel);
     let tables = std::mem::take(&mut kernel.tables);
     kernel.tables = named(kernel, Immediate::Table, tables);
     let keyed = std::mem::take(&mut kernel.keyed);

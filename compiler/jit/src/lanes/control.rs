@@ -16,7 +16,7 @@ use cranelift_codegen::ir::{Block, BlockArg, InstBuilder, Value};
 use whippen_kernel::{Effect, Inst, Op, Region, Type, Value as KernelValue, Walk};
 
 /// What an arm may cost, in vector instructions, to be computed for all lanes without asking.
-const CHEAP: u32 = 12;
+pub(crate) const CHEAP: u32 = 12;
 
 impl Walk for Lanes<'_> {
     fn if_else(&mut self, inst: &Inst, then: &Region, other: &Region) {
@@ -189,7 +189,7 @@ impl Lanes<'_> {
 }
 
 /// What a region costs in vector instructions, about; very much if it has an effect or a branch.
-fn cost(region: &Region) -> u32 {
+pub(crate) fn cost(region: &Region) -> u32 {
     let one = |inst: &Inst| match (inst.op.row().effect, inst.op) {
         (_, Op::DivRound(_) | Op::Quot(_) | Op::Sqrt) => 1000,
         (_, Op::Lookup(..) | Op::GetAt(_) | Op::DelayAt(_)) => 1000,
