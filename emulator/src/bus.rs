@@ -83,9 +83,10 @@ struct Slot {
     bytes: u32,
     waits: Waits,
     due: u64,
-    /// What wakes it besides, and the cycle in which it will.
+    /// What wakes it besides, and the first and the last cycle in which it will: what changes
+    /// before its turn in a cycle wakes it in the next one, too.
     watches: Notices,
-    noticed: u64,
+    noticed: Option<(u64, u64)>,
     /// Absent while it acts.
     device: Option<Box<dyn Device>>,
 }
@@ -110,8 +111,10 @@ pub struct Bus {
     /// Whether banks and memory are such that cores may run apart.
     pub(crate) divides: bool,
     slots: Vec<Slot>,
-    /// Requests that came in a cycle, once each: a bit for every number.
+    /// Requests that came in the last cycle in which some did, and those of before that nobody has
+    /// taken: a bit for every number.
     request_pulses: (u64, u64),
+    request_pulses_before: u64,
     /// Whether a request for a DMA has changed since the DMA was told.
     pub(crate) requests_changed: bool,
     /// The earliest cycle in which one of them wants attention.
@@ -135,6 +138,7 @@ impl Bus {
             divides,
             slots: Vec::new(),
             request_pulses: (0, 0),
+            request_pulses_before: 0,
             requests_changed: false,
             due: u64::MAX,
             exclusives: vec![None; board.cores],
@@ -174,7 +178,7 @@ impl Bus {
             waits,
             due: u64::MAX,
             watches: Notices::default(),
-            noticed: u64::MAX,
+            noticed: None,
             device: Some(device),
         });
         self.set_due(index, due);
@@ -213,7 +217,8 @@ impl Bus {
     }
 
     fn set_due(&mut self, index: usize, due: u64) {
-        let due = due.min(self.slots[index].noticed);
+        let noticed = self.slots[index].noticed;
+        let due = noticed.map_or(due, |(first, _)| due.min(first));
         if self.slots[index].due != due {
             self.slots[index].due = due;
             self.due = self.slots.iter().map(|s| s.due).min().unwrap_or(u64::MAX);
@@ -230,7 +235,8 @@ impl Bus {
     /// Calls every device that is due, in the order of time, each in the cycle that it asked for.
     pub(crate) fn attend(&mut self, cycle: u64) {
         while let Some((due, index)) = self.next_due().filter(|(due, _)| *due <= cycle) {
-            self.slots[index].noticed = u64::MAX;
+            let noticed = &mut self.slots[index].noticed;
+            *noticed = noticed.and_then(|(_, last)| (last > due).then_some((last, last)));
             self.with_device(index, |device, bus| device.attend(due, bus));
             self.give_notice(due);
             let slot = &self.slots[index];
@@ -256,9 +262,11 @@ impl Bus {
 
     /// A device requests one transfer.
     pub(crate) fn request_pulse(&mut self, request: u32, cycle: u64) {
-        let others = if self.request_pulses.0 == cycle {
-            self.request_pulses.1
+        let (last, requests) = self.request_pulses;
+        let others = if last == cycle {
+            requests
         } else {
+            self.request_pulses_before |= requests;
             0
         };
         self.request_pulses = (cycle, others | 1 << request);
@@ -267,10 +275,11 @@ impl Bus {
 
     /// The requests that came before a cycle, once.
     pub(crate) fn take_request_pulses(&mut self, cycle: u64) -> u64 {
+        let before = std::mem::take(&mut self.request_pulses_before);
         if self.request_pulses.0 >= cycle {
-            return 0;
+            return before;
         }
-        std::mem::take(&mut self.request_pulses.1)
+        before | std::mem::take(&mut self.request_pulses.1)
     }
 
     /// Calls those who watch what has just changed, in the next cycle.
@@ -284,7 +293,8 @@ impl Bus {
             let watches = self.slots[index].watches;
             if watches.pins && pins || watches.requests && requests {
                 let noticed = &mut self.slots[index].noticed;
-                *noticed = (cycle + 1).min(*noticed);
+                let (first, last) = noticed.unwrap_or((cycle + 1, cycle + 1));
+                *noticed = Some((first.min(cycle + 1), last.max(cycle + 1)));
                 self.set_due(index, self.slots[index].due);
             }
         }

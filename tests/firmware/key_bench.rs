@@ -253,10 +253,11 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// From where a handler begins to where the code goes on that it interrupted, on each core.
+/// From where a handler begins to where the code goes on that it interrupted, on each core. One
+/// that had begun before is counted, and how long it was is not known.
 #[derive(Default)]
 pub struct Frames {
-    begins: [u64; 2],
+    begins: [Option<u64>; 2],
     pub longest: [u64; 2],
     pub count: [u64; 2],
 }
@@ -265,11 +266,12 @@ impl Observer for Frames {
     fn instruction(&mut self, _: &Step<'_>) {}
 
     fn exception(&mut self, core: usize, _: u32, cycle: u64) {
-        self.begins[core] = cycle;
+        self.begins[core] = Some(cycle);
     }
 
     fn resumed(&mut self, core: usize, cycle: u64) {
-        self.longest[core] = self.longest[core].max(cycle - self.begins[core]);
+        let took = self.begins[core].map_or(0, |begun| cycle - begun);
+        self.longest[core] = self.longest[core].max(took);
         self.count[core] += 1;
     }
 }

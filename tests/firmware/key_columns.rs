@@ -5,7 +5,7 @@ use whippen_compiler::board::Board;
 use whippen_compiler::firmware::{OwnTexts, core_block};
 use whippen_emulator::{
     BenchKey, BoardKind, Column, ColumnKeyParts, ColumnKeys, ColumnParts, ColumnPins, Columns,
-    ColumnsPins, ConverterSetup, DeviceId, Machine, Observer, Stop, build,
+    ColumnsPins, ConverterSetup, DeviceId, Machine, Observer, Register, Stop, build,
 };
 use whippen_runtime::board;
 
@@ -20,6 +20,13 @@ pub const RAMP_MS: u64 = 23;
 
 /// CTR of slice 8.
 const TICK_COUNTER: u32 = 0x400a_8000 + 20 * 8 + 8;
+
+/// Cycles from [`ColumnBench::before_tick`] to the tick.
+pub const TICK_COMES: u64 = 20;
+
+/// Bytes of a column's ring, and a word that no ADC makes here.
+const RING_BYTES: u32 = 1 << 13;
+const MARK: [u8; 2] = [0xfe, 0xff];
 
 /// As the bundled device says, with an amplifier of 8 kHz.
 pub const KEY_PARTS: ColumnKeyParts = ColumnKeyParts {
@@ -130,8 +137,14 @@ impl<'a> ColumnBench<'a> {
         assert_eq!(self.machine.run_observed(until, observer), Stop::Limit);
     }
 
-    /// To shortly before the next tick: all frames are over, and all cores are between ticks.
+    /// To where the next tick begins: all frames are over, and of its instructions none has run.
     pub fn between_ticks(&mut self) {
+        self.before_tick();
+        self.pass(TICK_COMES + 2);
+    }
+
+    /// To shortly before the next tick.
+    pub fn before_tick(&mut self) {
         for in_tick in [true, false] {
             while (self.machine.cpu(0).exception() != 0) == in_tick {
                 self.pass(20);
@@ -140,15 +153,16 @@ impl<'a> ColumnBench<'a> {
         // From the wrap that asked for this tick.
         let cycle = self.now();
         let since = self.machine.bus.read(TICK_COUNTER, 4, cycle).expect("CTR");
-        self.pass(PERIOD - 20 - u64::from(since));
+        self.pass(PERIOD - TICK_COMES - u64::from(since));
     }
 
     pub fn cores(&self) -> usize {
         self.built.layouts.len()
     }
 
-    fn address(&self, symbol: &str) -> u32 {
-        let mut symbols = self.built.image.symbols.iter();
+    /// Of the code that plays, where the start has its own of that name.
+    pub fn address(&self, symbol: &str) -> u32 {
+        let mut symbols = self.built.image.symbols.iter().rev();
         let found = symbols.find(|own| own.name == symbol);
         found.unwrap_or_else(|| panic!("{symbol} is there")).address
     }
@@ -235,5 +249,39 @@ impl<'a> ColumnBench<'a> {
     pub fn put_out(&self) -> Vec<i32> {
         let codes = self.all().columns().iter().flat_map(Column::outputs);
         codes.map(|code| i32::from(code) - 0x8000).collect()
+    }
+
+    /// As an instruction of a core would: no interrupt is taken until it is unmasked.
+    pub fn mask_interrupts(&mut self, core: usize, masked: bool) {
+        let primask = Register::named("primask").expect("a register");
+        self.machine.cpu_mut(core).set(primask, masked.into());
+    }
+
+    /// Writes a mark to where the coming word of the last frame goes, of each column, and says
+    /// where that is.
+    pub fn mark_last_words(&mut self) -> Vec<u32> {
+        let columns = self.all().columns().len() as u32;
+        let of_core0 = columns / self.cores() as u32;
+        let behind = (self.word("columns", 0) as u32 + 2 * (COLUMN as u32 - 1)) % RING_BYTES;
+        let ring = |column: u32| match column.checked_sub(of_core0) {
+            None => self.address("samples") + column * RING_BYTES,
+            Some(own) => self.address("samples1") + own * RING_BYTES,
+        };
+        let last: Vec<u32> = (0..columns).map(|column| ring(column) + behind).collect();
+        for at in &last {
+            let memory = &mut self.machine.bus.memory;
+            memory.write(*at, &MARK).expect("memory");
+        }
+        last
+    }
+
+    /// Whether one of them is still there.
+    pub fn has_marks(&self, last: &[u32]) -> bool {
+        let memory = &self.machine.bus.memory;
+        last.iter().any(|at| {
+            let mut word = [0; 2];
+            memory.read(*at, &mut word).expect("memory");
+            word == MARK
+        })
     }
 }

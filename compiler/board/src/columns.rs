@@ -27,10 +27,10 @@ const GPIO: u32 = 30;
 const SELECT_CYCLES: u32 = 5;
 /// See [`SELECT_CYCLES`].
 const UPDATE_CYCLES: u32 = 289;
-/// Cycles from the DAC's last edge until words of all columns lie in memory: the ends of the frame
-/// and of the program, and what seven channels of the DMA wait for each other (an estimate, which
-/// tests hold against the emulated chip).
-const STORED_CYCLES: u32 = 41;
+/// Cycles from the end of a frame until the first column's word lies in memory, and then from
+/// column to column: the end of the program, and what channels of the DMA wait for each other. As
+/// the emulated chip takes them (a test compares).
+const WORD_CYCLES: [u32; 2] = [6, 2];
 /// Cycles between two ticks: frames of 425 cycles and more, and counters of 16 bits.
 const PERIODS: [u32; 2] = [3400, 65_528];
 /// What of the loop's delay lies in the parts (ns): the low-pass before the ADC (15 kHz), and the
@@ -108,10 +108,16 @@ impl Columns {
         self.period_cycles / CONVERSIONS
     }
 
-    /// Cycles from the wrap that asks for a frame until its words lie in memory. Then the tick may
-    /// begin: code of a core goes before the DMA.
-    pub fn stored_cycles() -> u32 {
-        SELECT_CYCLES + UPDATE_CYCLES + STORED_CYCLES
+    /// Cycles from the wrap that asks for a frame until it is over. The last one's end is where a
+    /// tick begins.
+    pub fn whole_frame_cycles() -> u32 {
+        SELECT_CYCLES + UPDATE_CYCLES
+    }
+
+    /// Cycles from there until words of all columns lie in memory.
+    pub fn words_cycles(&self) -> u32 {
+        let [first, each] = WORD_CYCLES;
+        first + each * (self.columns.len() as u32).saturating_sub(1)
     }
 
     /// Cycles from the sample of any key to the DAC's update by the tick that has it: from the

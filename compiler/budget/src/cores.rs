@@ -5,9 +5,10 @@
 //! accesses its own data. What a core looks up in the other's memory between ticks comes as a
 //! number (`FirmwareImage::visits`).
 
+use super::core_stack::stack_memory;
 use super::memory::{Dma, Extent, Interference, Lies, Neighbour, Others, Reach};
 use super::program::Program;
-use super::tick_handler::{OnCore, TickHandlerBound, stack_memory, tick_handlers};
+use super::tick_handler::{OnCore, TickHandlerBound, tick_handlers};
 use super::waiting::{WaitCause, Waited};
 use super::{ByContention, NotBounded};
 use whippen_arm::image::{Image, Linked as LinkedSection, SectionKind};

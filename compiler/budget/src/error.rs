@@ -108,6 +108,20 @@ pub enum NotBounded {
         /// Where.
         address: u32,
     },
+    /// A tick may read that it is too late to send.
+    SendsLate {
+        /// Cycles from the request until it has read how late it is, at most.
+        cycles_max: u64,
+        /// Cycles up to which it sends.
+        until_cycles: u64,
+    },
+    /// A tick may look for words before they lie in memory.
+    LooksEarly {
+        /// Cycles from the handler's first instruction until it looks, at least.
+        cycles_min: u64,
+        /// Cycles until they are there.
+        words_cycles: u64,
+    },
     /// No path ends.
     Endless {
         /// Where it starts.
@@ -145,7 +159,11 @@ impl NotBounded {
             Self::Irreducible { entries } => Some(entries[0]),
             Self::Endless { entry } => Some(*entry),
             Self::UnknownTime(access) => Some(access.address),
-            Self::TooLarge { .. } | Self::NoSymbol { .. } | Self::StackRoom { .. } => None,
+            Self::TooLarge { .. }
+            | Self::NoSymbol { .. }
+            | Self::StackRoom { .. }
+            | Self::SendsLate { .. }
+            | Self::LooksEarly { .. } => None,
         }
     }
 }
@@ -237,6 +255,23 @@ impl fmt::Display for NotBounded {
                 f,
                 "the instruction at {address:#010x} uses the floating-point unit between ticks: how \
                  much an interrupt saves then is not bounded"
+            ),
+            Self::SendsLate {
+                cycles_max,
+                until_cycles,
+            } => write!(
+                f,
+                "a tick may need {cycles_max} cycles from its interrupt until it reads how late it is, \
+                 and sends its words for the converters only up to {until_cycles}: ticks would be \
+                 missed"
+            ),
+            Self::LooksEarly {
+                cycles_min,
+                words_cycles,
+            } => write!(
+                f,
+                "a tick may look for words of the converters after {cycles_min} cycles, and they are \
+                 there after {words_cycles}: ticks would be missed"
             ),
             Self::Endless { entry } => write!(f, "no path from {entry:#010x} ends"),
             Self::TooLarge { instructions_max } => {

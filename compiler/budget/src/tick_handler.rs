@@ -24,13 +24,12 @@ use super::memory::{Interference, Reach, Waits};
 use super::only::only_handler;
 use super::parts::CutBound;
 use super::program::Program;
+use super::sending::Sending;
 use super::tick::{Tick, ticks};
-use super::unknown::Unknown;
 use super::waiting::{Tally, WaitCause, Waited};
 use super::{Annotations, Bound, ByContention, NotBounded, Query, bound};
 use whippen_arm::thumb::{self, Points};
-use whippen_board::Board;
-use whippen_firmware::{CoreCode, RUNNING, Running};
+use whippen_firmware::{CoreCode, Running};
 use whippen_keyboard::CoreZone;
 
 /// Words that an exception saves and restores.
@@ -54,6 +53,8 @@ pub struct TickHandlerBound {
     pub parts: Vec<(String, u64)>,
     /// What the waiting of the frame consists of, as far as it is on the longest paths.
     pub waiting: Vec<Waited>,
+    /// Of columns of converters: when it has read whether it is too late to send.
+    pub sending: Option<Sending>,
     /// Cycles from the request to the return, at most.
     pub cycles_max: u64,
     /// Bytes of stack: what runs between ticks, the exception, the handler.
@@ -166,7 +167,7 @@ pub fn tick_handlers(
 }
 
 /// Cycles that a frame takes besides its handler.
-struct Around {
+pub(super) struct Around {
     /// The longest instruction that the tick interrupts.
     idle: Idle,
     /// Waiting for memory, for each word that the exception saves and restores.
@@ -239,10 +240,7 @@ impl<'a> OnCore<'a> {
         let of_handler = calls.parts(self.program, &handled.path, keys_cycles);
         let mut parts = self.list_parts(&around, of_handler);
         let own = keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>();
-        let before = around.idle.cycles_max
-            + self.enter_cycles(&around)
-            + self.visits_cycles()
-            + self.dma_cycles();
+        let before = self.cycles_before(&around);
         parts.extend(cut.as_ref().and_then(|cut| cut.outlasts(before, own)));
         let waiting = self.list_waiting(&around, &handled, &zones, cut.as_ref(), &costs);
         let stack_bytes_max = around.idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
@@ -257,7 +255,14 @@ impl<'a> OnCore<'a> {
             handler: handled,
             parts,
             waiting,
+            sending: self.bound_sending(handler, &around)?,
         })
+    }
+
+    /// What may go by before the handler, and what others may take of its time.
+    pub(super) fn cycles_before(&self, around: &Around) -> u64 {
+        let entered = around.idle.cycles_max + self.enter_cycles(around);
+        entered + self.visits_cycles() + self.dma_cycles()
     }
 
     pub(super) fn query<'q>(&self, entry: u32, annotations: &'q Annotations) -> Query<'q>
@@ -399,37 +404,6 @@ impl<'a> OnCore<'a> {
 }
 
 impl OnCore<'_> {
-    /// Where the stack ends, and where accesses to it go.
-    pub(super) fn stack(&self) -> Result<(u32, Reach), NotBounded> {
-        let name = self.running.vectors;
-        stack_memory(self.program, self.interference.board, self.number)
-            .ok_or_else(|| NotBounded::NoSymbol { name: name.into() })
-    }
-
-    /// The stack pointer as the one register of which it is known where it points.
-    pub(super) fn stack_base(&self) -> Result<BTreeMap<u8, Reach>, NotBounded> {
-        Ok([(reg::SP, self.stack()?.1)].into())
-    }
-
-    /// That nothing lies where so many bytes of stack reach.
-    pub(super) fn has_stack_room(&self, end: u32, needed: u32) -> Result<(), NotBounded> {
-        let memory = self.interference.board.memory_at(end.wrapping_sub(4));
-        let base = memory.map_or(end, |memory| memory.base);
-        let sections = self.program.sections.iter();
-        let below = sections
-            .filter(|section| section.base < end)
-            .map(|section| section.base.saturating_add(section.size))
-            .max();
-        let stacks = self.interference.board.stacks.iter().copied();
-        let stack = stacks.filter(|other| *other < end).max();
-        let below = below.max(stack).unwrap_or(0);
-        let room = end.saturating_sub(below.max(base));
-        if needed <= room {
-            return Ok(());
-        }
-        Err(NotBounded::StackRoom { needed, room, end })
-    }
-
     /// Where registers point while keys are ticked: `thumb` says what they are for, the image where
     /// that is.
     pub(super) fn bases_of_keys(&self, name: &str) -> Result<BTreeMap<u8, Reach>, NotBounded> {
@@ -469,24 +443,6 @@ impl OnCore<'_> {
         let key = keys.map(|keys| (2, [0, keys.saturating_sub(1)]));
         [state, words, key].into_iter().flatten().collect()
     }
-}
-
-/// Where a core's stack ends and where accesses to it go: the first word of its vectors says it.
-pub(super) fn stack_memory(program: &Program, board: &Board, core: usize) -> Option<(u32, Reach)> {
-    let vectors = *program.symbols.get(RUNNING.get(core)?.vectors)?;
-    let end = program.code.word(vectors)?;
-    let memory = board.memory_at(end.checked_sub(4)?);
-    let known = memory.filter(|memory| memory.access.extra_cycles().is_some());
-    let unknown = match (known, memory) {
-        (Some(_), _) => None,
-        (None, Some(memory)) => Some(Unknown::Memory {
-            memory: memory.name.clone(),
-            section: None,
-        }),
-        (None, None) => Some(Unknown::Nothing { target: end - 4 }),
-    };
-    let banks = known.map_or(0, |memory| memory.bank_set());
-    Some((end, Reach { banks, unknown }))
 }
 
 pub(super) fn find(program: &Program, name: &str) -> Result<u32, NotBounded> {

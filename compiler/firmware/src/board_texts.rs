@@ -59,7 +59,7 @@ pub(super) const KNOB_STORE: Source<'static> = Source {
     text: include_str!("knob_store.s"),
 };
 
-/// How the pins of a knob or a bench are started.
+/// How the pins of a knob, a bench or columns are started.
 pub(super) const PINS_START: Source<'static> = Source {
     name: "firmware/pins_start.s",
     text: include_str!("pins_start.s"),

@@ -72,7 +72,7 @@ const fn columns_of_cores(cores: u32) -> Texts {
         parts: Parts::Columns,
         clock_hz: 150_000_000,
         tick: COLUMNS,
-        rest: &[RP2350_START, RP2, COLUMNS_START],
+        rest: &[RP2350_START, RP2, COLUMNS_START, PINS_START],
         constants: RP2350,
         devices: &[
             "uart",

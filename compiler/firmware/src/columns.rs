@@ -30,9 +30,15 @@ const SETTLE_MS: u64 = 5;
 const IDLE: u32 = 0x0100_0000;
 /// No force on any channel: write and update all of them with mid-scale.
 const FREE: u32 = 0x03f8_0000;
-/// Cycles from the wrap of the ticks to the select's fall of the next frame 0, less those that the
-/// DMA needs to bring the first word of every column there: so late may a tick send.
-const LATE: u32 = 80;
+/// A tick sends what the one before has made where it reads no more cycles than these from the
+/// counter of ticks: those to the select's fall of the next frame 0, less those that the DMA needs
+/// to bring the first word of every column there. Words of seven columns are a frame late from 123
+/// on, on the emulated chip.
+pub const SEND_CYCLES_MAX: u32 = 116;
+/// The symbol behind the instruction that reads the counter.
+pub const TIMED: &str = "board_timed";
+/// The symbol of the instruction that looks how far words of the ADCs have come.
+pub const LOOKS: &str = "board_looks";
 /// The slice of PWM that counts ticks for core 1, and its interrupt (PWM_IRQ_WRAP_1): what one core
 /// clears in a slice is gone for both.
 const TICK_SLICE1: u32 = 10;
@@ -92,8 +98,8 @@ pub(super) fn constants(
         ("PULLS_DOWN", columns.pulls_down.into()),
         ("PERIOD", columns.period_cycles.into()),
         ("FRAME_CYCLES", columns.frame_cycles().into()),
-        ("WORDS_STORED", Columns::stored_cycles().into()),
-        ("LATE", LATE.into()),
+        ("LAST_FRAME", Columns::whole_frame_cycles().into()),
+        ("LATE", SEND_CYCLES_MAX.into()),
         ("TICK_SLICE1", TICK_SLICE1.into()),
         ("INTERRUPT1", INTERRUPT1.into()),
         ("TICK_SLICE", TICK_SLICE.into()),

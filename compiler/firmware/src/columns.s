@@ -39,7 +39,9 @@ board_begin:
         eor     r5, r5, r12
         orrs    r3, r3, r5
         .endif
+        .global board_timed, board_looks
         ldr     r2, [r4, #20 * TICK_SLICE + 8] @ CTR: how long ago the wrap was
+board_timed:
         it      ne
         movne   r2, #LATE + 1
         cmp     r2, #LATE
@@ -47,6 +49,7 @@ board_begin:
         strls   r0, [r1, #0x450]        @ MULTI_CHAN_TRIGGER
         mov     r0, #1 << TICK_SLICE
         str     r0, [r4, #0xf4]         @ INTR
+board_looks:
         ldr     r3, [r1, #0x44]         @ WRITE_ADDR of channel 1: column 0
         movs    r5, #0
         .set    NTH, 1

@@ -183,24 +183,6 @@ load_programs:                          @ R0: a block
         bne     1b
         bx      lr
 
-@ (pin, what its pad is told, function). The enable comes first.
-start_pins:
-        ldr     r3, =pins
-        ldr     r4, =pins_end
-        ldr     r0, =IO_BANK0
-        ldr     r1, =PADS_BANK0
-1:      ldrb    r2, [r3]
-        ldrb    r5, [r3, #2]
-        add     r6, r0, r2, lsl #3
-        str     r5, [r6, #4]            @ CTRL: its function
-        ldrb    r5, [r3, #1]
-        add     r6, r1, r2, lsl #2
-        str     r5, [r6, #4]            @ its pad, out of isolation
-        adds    r3, #4
-        cmp     r3, r4
-        bne     1b
-        bx      lr
-
 @ Frames by hand, with more than 2 us between them; then what the machines have received is thrown away.
 start_converters:
         push    {r4-r7, lr}
@@ -269,7 +251,7 @@ start_dma:
         str     r1, [r0, #0xc]          @ words, the read address goes round
         pop     {r4-r7, pc}
 
-@ All slices begin in one cycle: the eighth wrap of one and the words behind it are a wrap of the other, and of core 1's.
+@ All slices begin in one cycle: where the frame of the eighth wrap of one is over, the other wraps, and that of core 1.
 start_slices:
         ldr     r0, =PWM + 20 * PACE_SLICE
         movs    r1, #16
@@ -280,7 +262,7 @@ start_slices:
         str     r2, [r0, #0x10]         @ TOP
         ldr     r0, =PWM + 20 * TICK_SLICE
         str     r1, [r0, #4]
-        ldr     r2, =PERIOD - WORDS_STORED
+        ldr     r2, =PERIOD - LAST_FRAME
         str     r2, [r0, #8]
         ldr     r3, =PERIOD - 1
         str     r3, [r0, #0x10]
@@ -320,7 +302,7 @@ look:   push    {r4, lr}
 2:      ldr     r0, [r1, #0xf4]         @ INTR
         lsls    r0, r0, #31 - TICK_SLICE
         bpl     2b
-        movs    r0, #24                 @ much longer than an exception's entry: words come meanwhile
+        movs    r0, #10                 @ as long as an exception's entry, and more
 3:      subs    r0, #1
         bne     3b
         bl      board_begin

@@ -46,6 +46,7 @@ mod zones;
 
 pub use boards::{Support, support, support_with};
 pub use code::{CoreCode, ProgramCode, ZoneCode, is_split, with_values_from};
+pub use columns::{LOOKS, SEND_CYCLES_MAX, TIMED};
 pub use constants::constants;
 pub use error::FirmwareError;
 pub use image::{

@@ -1,4 +1,4 @@
-@ The pins of what is on a board's pins, of a knob or a bench, once at the start.
+@ The pins of what is on a board's pins, of a knob, a bench or columns, once at the start.
         .syntax unified
         .thumb
         .section .text.start, "ax"

@@ -86,6 +86,12 @@ impl ProgramReport<'_> {
             };
             core["zones"] = of.alone.zones.iter().map(zone).collect();
         }
+        if let Some(sending) = of.contended.sending {
+            core["sending"] = json!({
+                "cycles_max": sending.cycles_max,
+                "until_cycles": sending.until_cycles,
+            });
+        }
         if let Some(cut) = &of.alone.cut {
             core["parts"] = parts_json(cut, &of.alone.zones);
         }

@@ -176,6 +176,13 @@ impl ProgramReport<'_> {
                 100.0 * bounded.alone.cycles_max as f64 / self.budget.period_cycles.max(1) as f64
             );
             print_waiting(bounded, out);
+            if let Some(sending) = bounded.contended.sending {
+                let (most, until) = (sending.cycles_max, sending.until_cycles);
+                let _ = writeln!(
+                    out,
+                    "  {most:>6}  until it has read how late it is; it sends up to {until}"
+                );
+            }
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::board::{Board, CoreKind};
+use crate::boards::{BoardKind, ConverterSetup, build};
 use crate::bus::Waits;
 
 const SOURCE: u32 = 0x2000_0000;
@@ -171,3 +172,53 @@ fn errors_stop_a_channel_and_are_told() {
 
 /// Writing the error bits clears them.
 const READ_CLEARS: u32 = 3 << 29;
+
+/// Words that the wraps of two slices of PWM have let channels 0 and 1 copy by cycle 300: both
+/// count 100 cycles, the second one so many cycles behind the first. Channel 2 copies so many words
+/// from a cycle on.
+fn copied_by_wraps(behind: u32, others: u32, from: u64) -> [u32; 2] {
+    let until = 300;
+    let kind = BoardKind::Rp2350;
+    let (mut machine, _) = build(kind, kind.board(), ConverterSetup::default()).expect("a board");
+    let (bus, dma, pwm) = (&mut machine.bus, 0x5000_0000, 0x400a_8000);
+    let write = |bus: &mut Bus, address: u32, value: u32, cycle: u64| {
+        bus.attend(cycle);
+        let written = bus.device_write(address, 4, value, 0, cycle);
+        written.expect("a register");
+    };
+    for channel in 0..3 {
+        let request = if channel < 2 { 32 + channel } else { ALWAYS };
+        let (count, start) = if channel < 2 {
+            (100, 0xc)
+        } else {
+            (others, 0x10)
+        };
+        let ctrl = COPY & !(ALWAYS << 17) | request << 17 | channel << 13;
+        for (at, value) in [(0, SOURCE), (4, TARGET), (8, count), (start, ctrl)] {
+            write(bus, dma + 0x40 * channel + at, value, 10);
+        }
+    }
+    for slice in 0..2 {
+        write(bus, pwm + 0x14 * slice + 8, (1 - slice) * behind, 20);
+        write(bus, pwm + 0x14 * slice + 0x10, 99, 20);
+    }
+    write(bus, pwm + 0xf0, 3, 50);
+    if others > 0 {
+        write(bus, dma + RP2350.timers + 0x10, 1 << 2, from);
+    }
+    bus.attend(until);
+    let left = |bus: &mut Bus, at: u32| bus.device_read(dma + at + 8, 4, 0, until);
+    [0, 0x40].map(|at| 100 - left(bus, at).expect("a count").0)
+}
+
+/// Each wrap is a word, whatever else the DMA is asked for at that time, and when another slice
+/// wraps.
+#[test]
+fn no_pulse_is_lost() {
+    for behind in [1, 2, 40] {
+        for (others, from) in (0..4).flat_map(|others| (200..260).map(move |from| (others, from))) {
+            let copied = copied_by_wraps(behind, others, from);
+            assert_eq!(copied, [2, 2], "{behind} behind, {others} from {from}");
+        }
+    }
+}
