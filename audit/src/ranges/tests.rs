@@ -87,6 +87,8 @@ const ROWS: &[(&str, &str, i64, i64)] = &[
     ("eq v1 v7", "i1", 0, 0),
     ("eq v7 v1", "i1", 0, 0),
     ("eq v5 v5", "i1", 1, 1),
+    ("eq v4 v4", "i1", 0, 1),
+    ("eq v5 v4", "i1", 0, 1),
     ("and v4 v5", "i1", 0, 1),
     ("or v4 v5", "i1", 1, 1),
     ("not v5", "i1", 0, 0),
@@ -177,6 +179,7 @@ fn a_shift_beyond_its_word_is_refused() {
         "div_round v3 v1 -1",
         "quot v3 v1 32",
         "shl v3 64",
+        "sar v3 64",
         "sar_round v3 64",
     ] {
         let found = check_ranges(&text(&format!("v10: i64 [0..1] = {op}")));
