@@ -16,6 +16,8 @@ const GIVEN: &str = "
   cell at: i32 [0..1] = 0
   cell n: i32 [-9..-2] = -2
   cell e: i32 [-9..2] = 0
+  cell one: i32 [1..1] = 1
+  cell five: i32 [5..9] = 5
   cell full: i32 [-2147483648..2147483647] = 0
   line d: 4 [-7..7]
   table t x 2 = { 1, -20, 3, 40, 5, 60 }
@@ -30,6 +32,8 @@ const GIVEN: &str = "
     v7: i32 [-9..-2] = get n
     v8: i32 [-2147483648..2147483647] = get full
     v9: i32 [-9..2] = get e
+    v10: i32 [1..1] = get one
+    v11: i32 [5..9] = get five
 ";
 
 /// An operator with its operands, and type and ends of its result.
@@ -71,6 +75,9 @@ const ROWS: &[(&str, &str, i64, i64)] = &[
     ("quot v0 v7 0", "i32", 0, 0),
     ("quot v0 v2 1", "i32", -7, 10),
     ("quot v8 v1 9", "i32", -536_870_912, 536_870_911),
+    ("quot v8 v11 0", "i32", -429_509_838, 429_509_837),
+    ("quot v0 v10 0", "i32", -4, 5),
+    ("quot v6 v1 0", "i32", 0, 0),
     ("sqrt v3", "i32", 0, 14),
     ("widen v0", "i64", -3, 5),
     ("narrow v3", "i32", -100, 200),
@@ -96,6 +103,7 @@ const ROWS: &[(&str, &str, i64, i64)] = &[
     ("select v5 v0 v1", "i32", -3, 5),
     ("lookup t v6 0", "i32", 1, 3),
     ("lookup t v6 1", "i32", -20, 40),
+    ("lookup t v0 0", "i32", 1, 5),
 ];
 
 fn text(statement: &str) -> String {
@@ -103,13 +111,13 @@ fn text(statement: &str) -> String {
 }
 
 fn is_taken(op: &str, ty: &str, low: i64, high: i64) -> bool {
-    check_ranges(&text(&format!("v10: {ty} [{low}..{high}] = {op}"))).is_ok()
+    check_ranges(&text(&format!("v12: {ty} [{low}..{high}] = {op}"))).is_ok()
 }
 
 #[test]
 fn every_operator_has_the_interval_of_its_operands() {
     for (op, ty, low, high) in ROWS {
-        let found = check_ranges(&text(&format!("v10: {ty} [{low}..{high}] = {op}")));
+        let found = check_ranges(&text(&format!("v12: {ty} [{low}..{high}] = {op}")));
         assert!(found.is_ok(), "{op}: {found:?}");
         for (low, high) in [(*low + 1, *high), (*low, *high - 1)] {
             assert!(!is_taken(op, ty, low, high), "{op} in [{low}..{high}]");
@@ -143,7 +151,7 @@ fn what_a_cell_holds_at_first_lies_in_its_range() {
 
 #[test]
 fn a_refusal_says_both_intervals() {
-    let found = check_ranges(&text("v10: i32 [-3..4] = add v0 v1"));
+    let found = check_ranges(&text("v12: i32 [-3..4] = add v0 v1"));
     let why = found.expect_err("the sum is more").to_string();
     assert!(
         why.contains("[-3..4] is declared, [-1..12] is computed"),
@@ -153,7 +161,7 @@ fn a_refusal_says_both_intervals() {
 
 #[test]
 fn a_value_is_of_a_type_of_values() {
-    let found = check_ranges(&text("v10: u16 [3..9] = in x"));
+    let found = check_ranges(&text("v12: u16 [3..9] = in x"));
     let why = found
         .expect_err("a port has that type, a value has none")
         .to_string();
@@ -164,11 +172,18 @@ fn a_value_is_of_a_type_of_values() {
 fn promises_are_collected() {
     for statement in [
         "wave g g v1 v7 v1 v7 v1 v1",
-        "v10: i32 [-1..5] = assume v0 -1 9",
+        "v12: i32 [-1..5] = assume v0 -1 9",
     ] {
         let found = check_ranges(&text(statement)).expect("it is taken");
         assert_eq!(found[0].promises, [statement]);
     }
+}
+
+#[test]
+fn a_table_has_no_more_columns_than_it_says() {
+    let found = check_ranges(&text("v12: i32 [-20..60] = lookup t v6 2"));
+    let why = found.expect_err("it has two").to_string();
+    assert!(why.contains("reads no entry"), "{why}");
 }
 
 #[test]
@@ -182,7 +197,7 @@ fn a_shift_beyond_its_word_is_refused() {
         "sar v3 64",
         "sar_round v3 64",
     ] {
-        let found = check_ranges(&text(&format!("v10: i64 [0..1] = {op}")));
+        let found = check_ranges(&text(&format!("v12: i64 [0..1] = {op}")));
         let why = found.expect_err(op).to_string();
         let says = ["has no shift of a word", "is no operator of these operands"];
         assert!(says.iter().any(|says| why.contains(says)), "{op}: {why}");
