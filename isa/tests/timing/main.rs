@@ -169,6 +169,49 @@ fn a_cost_is_as_sure_as_its_least_sure_part() {
     );
 }
 
+/// What a cost says of itself, in words.
+#[test]
+fn a_cost_names_what_it_waited_for_and_its_source() {
+    use whippen_isa::timing::{Evidence, Outcome, Pipe, Reason, Takers};
+    use whippen_isa::{ItState, decode};
+    let core = Core::cortex_m33();
+    let prepare = |hw1, hw2| {
+        core.prepare(&decode(hw1, hw2, Arch::V8M, ItState::OUTSIDE).expect("an instruction"))
+    };
+    // `ldr r3, [r1]`, `adds r0, r3, r1`; `vmul.f32 s2, s0, s0`, `vadd.f32 s0, s2, s2`.
+    for ([first, then], says, late) in [
+        ([(0x680b, 0), (0x1858, 0)], "2: 1 issue, 1 late r3", [8, 0]),
+        (
+            [(0xee20, 0x1a00), (0xee31, 0x0a01)],
+            "2: 1 issue, 1 late s2",
+            [0, 4],
+        ),
+    ] {
+        let [first, then] = [first, then].map(|(hw1, hw2)| prepare(hw1, hw2));
+        let (pipe, _) = core.issue(Pipe::default(), &first, 0, &Outcome::NEXT);
+        let (_, cost) = core.issue(pipe, &then, 4, &Outcome::NEXT);
+        let of = cost.waited_for();
+        let found = (
+            cost.to_string(),
+            [u32::from(of.core_bits()), of.single_bits()],
+        );
+        assert_eq!(found, (says.to_string(), late));
+    }
+    let [add, it, nop] = [0x1858, 0xbf08, 0xbf00].map(|hw1| prepare(hw1, 0));
+    assert!(
+        core.source(&add, Reason::Issue)
+            .source
+            .starts_with("3.7.4.9.2")
+    );
+    let [of_it, of_nop] = [it, nop].map(|own| core.source(&own, Reason::Folded).source);
+    assert!(of_it.contains("names forwards only"), "{of_it}");
+    assert!(!of_nop.contains("names forwards only"), "{of_nop}");
+    let classes = [Evidence::Exact, Evidence::Rule, Evidence::Estimate];
+    let classes = classes.map(|class| class.to_string());
+    assert_eq!(classes, ["exact", "rule", "estimate"]);
+    assert_eq!(Takers::ALL.and(Takers::ADDRESS), Takers::ALL);
+}
+
 #[test]
 fn random_instructions() {
     for core in [Core::cortex_m33(), Core::cortex_m4(), Core::cortex_m0plus()] {
