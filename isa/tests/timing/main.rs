@@ -212,6 +212,22 @@ fn a_cost_names_what_it_waited_for_and_its_source() {
     assert_eq!(Takers::ALL.and(Takers::ADDRESS), Takers::ALL);
 }
 
+/// An instruction with a condition that is met costs what it costs without one.
+#[test]
+fn a_condition_that_is_met_costs_nothing() {
+    use whippen_isa::timing::{Outcome, Pipe, Reason};
+    use whippen_isa::{ItState, decode};
+    let core = Core::cortex_m33();
+    // `ldmia r0!, {r1-r7}`, in `it eq` and outside.
+    let inside = ItState::after_it(0, 8).expect("a state");
+    let costs = [ItState::OUTSIDE, inside].map(|it| {
+        let inst = decode(0xc8fe, 0, Arch::V8M, it).expect("an instruction");
+        let met = core.issue(Pipe::default(), &core.prepare(&inst), 0, &Outcome::NEXT);
+        met.1.part(Reason::Issue)
+    });
+    assert!(costs[0] > 1 && costs[0] == costs[1], "{costs:?}");
+}
+
 #[test]
 fn random_instructions() {
     for core in [Core::cortex_m33(), Core::cortex_m4(), Core::cortex_m0plus()] {
