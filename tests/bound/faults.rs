@@ -305,7 +305,7 @@ fn told(target: Target, count: usize, seed: u64) -> String {
     let asked: &Asked = asked.expect("the image has that code");
     let question = asked.question(&built.whole, &code);
     let site = Site::new(target, &built, asked, &question);
-    let exit = site.live_at_exit();
+    let (exit, events) = (site.live_at_exit(), site.events());
     let mut counts: BTreeMap<Kind, Count> = BTreeMap::new();
     let mut survivors = String::new();
     for (fault, verdict) in site.judge(site.faults(count, seed)) {
@@ -316,7 +316,7 @@ fn told(target: Target, count: usize, seed: u64) -> String {
             Verdict::Validated { cases: 0 } => own.aside += 1,
             Verdict::Validated { .. } if fault.is_commuted(site.arch) => own.commuted += 1,
             Verdict::Validated { .. } if site.is_dead(&fault, exit) => own.dead += 1,
-            Verdict::Validated { .. } if site.events().contains(&fault.placed.0) => own.events += 1,
+            Verdict::Validated { .. } if events.contains(&fault.placed.0) => own.events += 1,
             Verdict::Validated { .. } => {
                 own.survived += 1;
                 let _ = writeln!(survivors, "  {}", fault.line(site.arch));

@@ -4,7 +4,7 @@
 use whippen_compiler::board::Board;
 use whippen_compiler::budget::Bounded;
 use whippen_compiler::check::Options;
-use whippen_compiler::firmware::{FirmwareImage, OwnTexts, core_block};
+use whippen_compiler::firmware::{FirmwareImage, OwnText, OwnTexts, core_block};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::kernel::Kernel;
@@ -64,6 +64,13 @@ pub struct Built {
 /// The bundled board.
 pub fn bundled_board() -> Board {
     board::bundled("rp2350b_bench").expect("it is bundled")
+}
+
+/// A text of one's own in the place of a bundled one.
+pub fn own_text(name: &str, text: String) -> OwnTexts {
+    let path = format!("own/{name}");
+    let own = OwnTexts::new([(name.to_string(), OwnText { path, text })]);
+    own.unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The whole image of so many keys of a bundled instrument, what it is compiled of, and its rate.

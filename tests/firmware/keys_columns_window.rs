@@ -1,11 +1,10 @@
 //! Between two frames: a tick of columns sends before the first of its frames begins, and looks for
 //! words when those of the last one lie in memory. Both are proven of an image, or it is refused.
 
-use whippen_compiler::firmware::{OwnText, OwnTexts};
 use whippen_compiler::pipeline::{self, unobserved};
 use whippen_emulator::{Observer, Step};
 
-use crate::key_bench::{PERIOD, whole_keys};
+use crate::key_bench::{PERIOD, own_text, whole_keys};
 use crate::key_columns::{COLUMN, ColumnBench, KEY_PARTS, TICK_COMES, board_of, built};
 
 /// Words of the last frame lie in memory as long after its end as the board says, which is before a
@@ -97,12 +96,7 @@ fn refused(change: impl Fn(&str) -> String) -> String {
     let text = include_str!("../../compiler/firmware/src/columns.s");
     let changed = change(text);
     assert_ne!(text, changed);
-    let own = OwnText {
-        path: "own/columns.s".into(),
-        text: changed,
-    };
-    let texts = OwnTexts::new([("columns.s".to_string(), own)]);
-    let texts = texts.unwrap_or_else(|e| panic!("{e}"));
+    let texts = own_text("columns.s", changed);
     let board = board_of(7, 2);
     let (image, _, rate_hz) = whole_keys("virtual-spring.whip", 56, &board, texts);
     let proof = pipeline::prove(&image, &board, rate_hz, &mut unobserved);

@@ -2,11 +2,12 @@
 //! memory unless its start forgets to say so, and then the bound says that too.
 
 use whippen_compiler::board::Board;
-use whippen_compiler::firmware::{OwnText, OwnTexts, core_block};
+use whippen_compiler::firmware::{OwnTexts, core_block};
 use whippen_emulator::{Observer, Step};
 
 use crate::key_bench::{
     Bench, Built, CYCLES_PER_MS, Frames, KEYS, PARTS, PERIOD, START_MS, build_bench, bundled_board,
+    own_text,
 };
 use crate::keys::bundled;
 
@@ -104,11 +105,7 @@ fn without_priorities() -> OwnTexts {
     let text = include_str!("../../compiler/firmware/src/bench_start.s");
     let changed = text.replace("#BUS_PRIORITIES", "#0");
     assert_ne!(text, changed);
-    let own = OwnText {
-        path: "own/bench_start.s".into(),
-        text: changed,
-    };
-    OwnTexts::new([("bench_start.s".to_string(), own)]).unwrap_or_else(|e| panic!("{e}"))
+    own_text("bench_start.s", changed)
 }
 
 #[test]

@@ -1,33 +1,20 @@
 //! What keys at columns of converters sound, as a DAC hears it: sample for sample what the
 //! interpreter makes of the words that the board had, of one core and of two.
 
-use whippen_compiler::board::SoundPort;
 use whippen_compiler::firmware::core_block;
 use whippen_compiler::kernel::Interp;
-use whippen_emulator::{DacErrors, DacPins, DeviceId, HeardFrame, SoundDac};
+use whippen_emulator::HeardFrame;
 
 use crate::key_bench::PERIOD;
 use crate::key_columns::{ColumnBench, KEY_PARTS, START_MS, built};
-
-/// Frames that the DAC has had since it was asked last.
-fn frames(bench: &mut ColumnBench, dac: DeviceId) -> Vec<HeardFrame> {
-    let dac = bench.machine.bus.device_mut::<SoundDac>(dac);
-    let dac = dac.expect("a DAC");
-    assert_eq!(dac.errors(), DacErrors::default());
-    dac.take_frames()
-}
+use crate::sound_out::{assert_given_in_time, attach_dac, both_sides, take_frames};
 
 /// Plays so many keys on so many cores, and says how many samples were loud.
 fn is_heard(keys: usize, cores: usize, ticks: usize) -> usize {
     let built = built("clavichord-heard.whip", keys, cores);
     let mut bench = ColumnBench::new(&built, KEY_PARTS);
     let port = built.board.i2s.expect("a sound output");
-    let wires = DacPins {
-        clock: port.clock,
-        side: port.side,
-        data: port.data,
-    };
-    let dac = SoundDac::attach(&mut bench.machine.bus, wires, 150e6);
+    let dac = attach_dac(&mut bench.machine, port);
     bench.pass_ms(START_MS - 3);
     assert_eq!(bench.block(core_block::TICK), 0);
     bench.between_ticks();
@@ -39,7 +26,6 @@ fn is_heard(keys: usize, cores: usize, ticks: usize) -> usize {
     let begun = bench.word("core0_state", 12);
     assert!((1..4).contains(&begun), "{begun}");
     (0..begun).for_each(|_| interp.tick(&rest, &mut drives));
-    let cells = built.kernel.channels();
     let mut play = |bench: &mut ColumnBench, ticks: usize| -> Vec<[i32; 2]> {
         let tick = |tick: usize| {
             for key in 0..keys {
@@ -48,21 +34,16 @@ fn is_heard(keys: usize, cores: usize, ticks: usize) -> usize {
             }
             bench.pass(PERIOD);
             interp.tick(&bench.sensed(), &mut drives);
-            let side = |at: usize| {
-                let cell = cells[at.min(cells.len() - 1)];
-                let sum: i64 = (0..keys).filter_map(|key| interp.cell(key, cell, 0)).sum();
-                sum.clamp(-(1 << 30), (1 << 30) - 1) as i32
-            };
-            [0, 1].map(side)
+            both_sides(&interp, &built.kernel, keys)
         };
         (0..ticks).map(tick).collect()
     };
     // The machine starts when ticks are on time for certain.
     play(&mut bench, 80);
-    frames(&mut bench, dac);
+    take_frames(&mut bench.machine, dac);
     let wanted = play(&mut bench, ticks);
     bench.pass(6 * PERIOD);
-    let heard = frames(&mut bench, dac);
+    let heard = take_frames(&mut bench.machine, dac);
     assert!(heard.len() > ticks + 4, "{}", heard.len());
     let other = |from: usize| {
         let pairs = wanted.iter().zip(&heard[from..]);
@@ -94,30 +75,10 @@ fn columns_of_both_cores_are_heard_sample_for_sample() {
     assert!(is_heard(16, 2, 4000) > 500);
 }
 
-/// Samples are in the queue before left is taken, by what is proven of core 0's frame up to there,
-/// all waiting of the tick included.
 #[test]
 fn samples_of_columns_are_given_in_time() {
     for (keys, cores) in [(8, 1), (16, 2)] {
         let built = built("clavichord-heard.whip", keys, cores);
-        let [contended, alone] = {
-            let bounded = &built.bounded[0];
-            [&bounded.contended, &bounded.alone]
-        };
-        let before = [
-            "the instruction in progress",
-            "entry of the interrupt",
-            "which tick, which words",
-            "board_begin",
-            "what is heard, of all keys",
-        ];
-        let parts = contended.parts.iter();
-        let own = parts.filter(|(name, _)| before.contains(&name.as_str()));
-        assert_eq!(own.clone().count(), before.len(), "{:?}", contended.parts);
-        let waits = contended.cycles_max - alone.cycles_max;
-        let cycles = own.map(|(_, cycles)| cycles).sum::<u64>() + waits;
-        let taken = u64::from(SoundPort::taken_cycles(PERIOD as u32));
-        println!("{keys} keys, {cores} cores: {cycles} of {taken} cycles");
-        assert!(cycles + 100 < taken);
+        assert_given_in_time(&format!("{keys} keys, {cores} cores"), &built.bounded[0]);
     }
 }

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use whippen_compiler::board::{Board, SoundPort};
 use whippen_compiler::budget::Bounded;
 use whippen_compiler::check::Options;
-use whippen_compiler::firmware::{OwnText, OwnTexts, core_block};
+use whippen_compiler::firmware::{OwnTexts, core_block};
 use whippen_compiler::front::compile_front;
 use whippen_compiler::image::Image;
 use whippen_compiler::kernel::{Interp, Kernel};
@@ -79,6 +79,54 @@ fn built(text: &str, board: &str, device: &str, keys: u32, own_texts: OwnTexts) 
     }
 }
 
+/// Attaches a DAC to the wires of a port.
+pub fn attach_dac(machine: &mut Machine, port: SoundPort) -> DeviceId {
+    let wires = DacPins {
+        clock: port.clock,
+        side: port.side,
+        data: port.data,
+    };
+    SoundDac::attach(&mut machine.bus, wires, 150e6)
+}
+
+/// What a DAC has been given since it was asked last, nothing of which its datasheet forbids.
+pub fn take_frames(machine: &mut Machine, dac: DeviceId) -> Vec<HeardFrame> {
+    let dac = machine.bus.device_mut::<SoundDac>(dac).expect("a DAC");
+    assert_eq!(dac.errors(), DacErrors::default());
+    dac.take_frames()
+}
+
+/// What a tick lets hear on both sides, of all keys.
+pub fn both_sides(interp: &Interp, kernel: &Kernel, keys: usize) -> [i32; 2] {
+    let cells = kernel.channels();
+    [0, 1].map(|at: usize| {
+        let cell = cells[at.min(cells.len() - 1)];
+        let sum: i64 = (0..keys).filter_map(|key| interp.cell(key, cell, 0)).sum();
+        sum.clamp(-(1 << 30), (1 << 30) - 1) as i32
+    })
+}
+
+/// That samples are in the queue before left is taken, by what is proven of the frame up to there,
+/// with all that the whole tick may wait for.
+pub fn assert_given_in_time(what: &str, bounded: &Bounded) {
+    let before = [
+        "the instruction in progress",
+        "entry of the interrupt",
+        "which tick, which words",
+        "board_begin",
+        "what is heard, of all keys",
+    ];
+    let bound = &bounded.contended;
+    let parts = bound.parts.iter();
+    let own = parts.filter(|(name, _)| before.contains(&name.as_str()));
+    assert_eq!(own.clone().count(), before.len(), "{:?}", bound.parts);
+    let waits = bound.cycles_max - bounded.alone.cycles_max;
+    let cycles = own.map(|(_, cycles)| cycles).sum::<u64>() + waits;
+    let taken = u64::from(SoundPort::taken_cycles(PERIOD as u32));
+    println!("{what}: {cycles} of {taken} cycles");
+    assert!(cycles + 100 < taken);
+}
+
 /// A board that has power, with its parts and a DAC.
 struct Heard<'a> {
     machine: Machine,
@@ -113,12 +161,7 @@ impl<'a> Heard<'a> {
             }
         };
         let port = built.board.i2s.expect("a sound output");
-        let pins = DacPins {
-            clock: port.clock,
-            side: port.side,
-            data: port.data,
-        };
-        let dac = SoundDac::attach(&mut machine.bus, pins, 150e6);
+        let dac = attach_dac(&mut machine, port);
         machine.reset();
         Heard {
             machine,
@@ -167,10 +210,7 @@ impl<'a> Heard<'a> {
     }
 
     fn frames(&mut self) -> Vec<HeardFrame> {
-        let dac = self.machine.bus.device_mut::<SoundDac>(self.dac);
-        let dac = dac.expect("a DAC");
-        assert_eq!(dac.errors(), DacErrors::default());
-        dac.take_frames()
+        take_frames(&mut self.machine, self.dac)
     }
 
     /// A hand or fingers, as they are at a tick.
@@ -200,19 +240,13 @@ impl<'a> Heard<'a> {
     /// Plays so many ticks, and gives what each should let hear, by the interpreter, with the cycle
     /// in which the next tick begins.
     fn play(&mut self, interp: &mut Interp, ticks: usize) -> Vec<(u64, [i32; 2])> {
-        let cells = self.built.kernel.channels();
         let mut drives = vec![0; self.built.keys];
         let tick = |tick: usize| {
             self.move_at(tick);
             self.pass(PERIOD);
             interp.tick(&self.sensed(), &mut drives);
-            let side = |at: usize| {
-                let cell = cells[at.min(cells.len() - 1)];
-                let keys = 0..self.built.keys;
-                let sum: i64 = keys.filter_map(|key| interp.cell(key, cell, 0)).sum();
-                sum.clamp(-(1 << 30), (1 << 30) - 1) as i32
-            };
-            (self.machine.cycle(0), [0, 1].map(side))
+            let both = both_sides(interp, &self.built.kernel, self.built.keys);
+            (self.machine.cycle(0), both)
         };
         (0..ticks).map(tick).collect()
     }
@@ -287,7 +321,6 @@ fn keys_of_a_bench_are_heard_sample_for_sample() {
     is_heard(HELD, "rp2350b_bench", "voice_coil", 3, 6000);
 }
 
-/// Samples are in the queue before left is taken, by what is proven of the frame up to there.
 #[test]
 fn samples_are_given_in_time() {
     for (text, board, device, keys) in [
@@ -295,26 +328,7 @@ fn samples_are_given_in_time() {
         (SIDES, "rp2350b_bench", "voice_coil", 2),
     ] {
         let built = built(text, board, device, keys, OwnTexts::default());
-        let bounded = built.bounded.expect("it is proven");
-        let before = [
-            "the instruction in progress",
-            "entry of the interrupt",
-            "which tick, which words",
-            "board_begin",
-            "what is heard, of all keys",
-        ];
-        let bound = &bounded.contended;
-        let own = bound
-            .parts
-            .iter()
-            .filter(|(name, _)| before.contains(&name.as_str()));
-        assert_eq!(own.clone().count(), before.len(), "{:?}", bound.parts);
-        // With all that the whole tick may wait for.
-        let waits = bound.cycles_max - bounded.alone.cycles_max;
-        let cycles = own.map(|(_, cycles)| cycles).sum::<u64>() + waits;
-        let taken = u64::from(SoundPort::taken_cycles(PERIOD as u32));
-        println!("{board}: {cycles} of {taken} cycles");
-        assert!(cycles + 100 < taken);
+        assert_given_in_time(board, &built.bounded.expect("it is proven"));
     }
 }
 
@@ -326,11 +340,7 @@ fn late_samples_leave_left_where_it_is() {
     let changed = text.replacen("board_sound:\n", waits, 1)
         + "\n .section .bss.near.core0.late, \"aw\", %nobits\n .balign 4\n .global late\nlate: .space 4\n";
     assert!(changed.contains("7b"));
-    let own = OwnText {
-        path: "own/i2s.s".into(),
-        text: changed,
-    };
-    let own = OwnTexts::new([("i2s.s".to_string(), own)]).unwrap_or_else(|e| panic!("{e}"));
+    let own = key_bench::own_text("i2s.s", changed);
     let built = built(SIDES, "rp2350b_bench", "voice_coil", 1, own);
     let mut heard = Heard::new(&built);
     let so_far = heard.begun();
