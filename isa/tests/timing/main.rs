@@ -4,8 +4,8 @@ mod golden;
 mod mutation;
 mod random;
 
-use whippen_isa::Arch;
-use whippen_isa::timing::{Core, Program, Rules, programs, rules};
+use whippen_isa::timing::{Core, Program, Rules, Timed, programs, rules};
+use whippen_isa::{Arch, ItState, decode};
 
 fn parse(text: &str, core: &Core) -> Vec<Program> {
     programs(text, core).unwrap_or_else(|error| panic!("{error}"))
@@ -141,14 +141,16 @@ fn same_as_kept(name: &str, text: &str) {
     );
 }
 
+/// An instruction of the Cortex-M33 by its halfwords.
+fn prepared(core: &Core, [hw1, hw2]: [u16; 2], it: ItState) -> Timed {
+    core.prepare(&decode(hw1, hw2, Arch::V8M, it).expect("an instruction"))
+}
+
 #[test]
 fn a_cost_is_as_sure_as_its_least_sure_part() {
     use whippen_isa::timing::{Evidence, Outcome, Pipe, Reason};
-    use whippen_isa::{Arch, ItState, decode};
     let core = Core::cortex_m33();
-    let prepare = |hw1, hw2| {
-        core.prepare(&decode(hw1, hw2, Arch::V8M, ItState::OUTSIDE).expect("an instruction"))
-    };
+    let prepare = |hw1, hw2| prepared(&core, [hw1, hw2], ItState::OUTSIDE);
     let (load, add, divide) = (
         prepare(0x6808, 0),
         prepare(0x1840, 0),
@@ -173,11 +175,8 @@ fn a_cost_is_as_sure_as_its_least_sure_part() {
 #[test]
 fn a_cost_names_what_it_waited_for_and_its_source() {
     use whippen_isa::timing::{Evidence, Outcome, Pipe, Reason, Takers};
-    use whippen_isa::{ItState, decode};
     let core = Core::cortex_m33();
-    let prepare = |hw1, hw2| {
-        core.prepare(&decode(hw1, hw2, Arch::V8M, ItState::OUTSIDE).expect("an instruction"))
-    };
+    let prepare = |hw1, hw2| prepared(&core, [hw1, hw2], ItState::OUTSIDE);
     // `ldr r3, [r1]`, `adds r0, r3, r1`; `vmul.f32 s2, s0, s0`, `vadd.f32 s0, s2, s2`.
     for ([first, then], says, late) in [
         ([(0x680b, 0), (0x1858, 0)], "2: 1 issue, 1 late r3", [8, 0]),
@@ -216,13 +215,12 @@ fn a_cost_names_what_it_waited_for_and_its_source() {
 #[test]
 fn a_condition_that_is_met_costs_nothing() {
     use whippen_isa::timing::{Outcome, Pipe, Reason};
-    use whippen_isa::{ItState, decode};
     let core = Core::cortex_m33();
     // `ldmia r0!, {r1-r7}`, in `it eq` and outside.
     let inside = ItState::after_it(0, 8).expect("a state");
     let costs = [ItState::OUTSIDE, inside].map(|it| {
-        let inst = decode(0xc8fe, 0, Arch::V8M, it).expect("an instruction");
-        let met = core.issue(Pipe::default(), &core.prepare(&inst), 0, &Outcome::NEXT);
+        let load = prepared(&core, [0xc8fe, 0], it);
+        let met = core.issue(Pipe::default(), &load, 0, &Outcome::NEXT);
         met.1.part(Reason::Issue)
     });
     assert!(costs[0] > 1 && costs[0] == costs[1], "{costs:?}");
