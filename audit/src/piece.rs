@@ -50,7 +50,7 @@ pub fn walk(
 ) -> Result<Vec<(Arrival, State, u64)>, Refusal> {
     let mut arrived = Vec::new();
     let mut open = vec![(from.0, from.1, 0_u64)];
-    let mut steps = 0;
+    let (mut steps, mut next) = (0, Vec::new());
     // Whoever runs until a place may come there in a call.
     let anywhere = stepper.function.kind == Kind::Until;
     while let Some((node, state, cycles)) = open.pop() {
@@ -61,7 +61,8 @@ pub fn walk(
                 "is walked through endlessly between two points",
             ));
         }
-        for (to, mut state, more) in stepper.step(node, &state, seen)? {
+        stepper.step(node, state, seen, &mut next)?;
+        for (to, mut state, more) in next.drain(..) {
             passes(node, more)?;
             if stepper.function.kind == Kind::Idle {
                 (state.pipe, state.facts) = (Pipe::default(), Facts::default());

@@ -187,11 +187,17 @@ impl Stepper<'_> {
         found.ok().map(|found| &all[found].1[..])
     }
 
-    /// Everywhere that an instruction may lead from a state.
+    /// Everywhere that an instruction may lead from a state, added to `steps`.
     ///
     /// # Errors
     /// What cannot be followed.
-    pub fn step(&self, node: Node, state: &State, seen: &mut Seen) -> Result<Steps, Refusal> {
+    pub fn step(
+        &self,
+        node: Node,
+        state: State,
+        seen: &mut Seen,
+        steps: &mut Steps,
+    ) -> Result<(), Refusal> {
         let decoded = self.decoded(node)?;
         let (inst, control) = (decoded.inst, decoded.control);
         seen.hands_stack |= decoded.hands_stack;
@@ -207,18 +213,14 @@ impl Stepper<'_> {
             inst,
             timed: &decoded.timed,
             seen,
-            steps: Vec::new(),
+            steps,
         };
         let cond = inst.cond.filter(|_| inst.is_conditional());
-        step.branches(&control, cond, state)?;
-        let compares = inst.class() == Class::CompareBranch;
-        if matches!(control, Control::Next) && cond.is_none() {
-            return Ok(step.steps);
+        if cond.is_none() && inst.class() != Class::CompareBranch {
+            return step.branches(&control, cond, state);
         }
-        if cond.is_some() || compares {
-            step.falls_through(cond, state)?;
-        }
-        Ok(step.steps)
+        step.branches(&control, cond, state.clone())?;
+        step.falls_through(cond, state)
     }
 
     /// The section that a register's interval lies in: in the code of keys alone, where pointers
@@ -246,7 +248,7 @@ struct Stepping<'a, 's> {
     inst: Inst,
     timed: &'s Timed,
     seen: &'s mut Seen,
-    steps: Steps,
+    steps: &'s mut Steps,
 }
 
 impl Stepping<'_, '_> {
@@ -285,9 +287,8 @@ impl Stepping<'_, '_> {
         &mut self,
         control: &Control,
         cond: Option<Cond>,
-        state: &State,
+        mut state: State,
     ) -> Result<(), Refusal> {
-        let mut state = state.clone();
         let compares = self.inst.class() == Class::CompareBranch;
         let met = match cond {
             Some(cond) => state.facts.assume(cond),
@@ -329,8 +330,7 @@ impl Stepping<'_, '_> {
     }
 
     /// The condition fails.
-    fn falls_through(&mut self, cond: Option<Cond>, state: &State) -> Result<(), Refusal> {
-        let mut state = state.clone();
+    fn falls_through(&mut self, cond: Option<Cond>, mut state: State) -> Result<(), Refusal> {
         let fails = match cond {
             Some(cond) => cond
                 .invert()

@@ -5,6 +5,8 @@
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
 
+use rustc_hash::FxHashMap;
+
 use super::linked::Image;
 use super::object::{FixupKind, Hint, Object, SectionKind, SymbolKind};
 use crate::control::{Control, falls_through};
@@ -20,11 +22,11 @@ pub(super) struct Flow<'a> {
     /// Addresses of functions.
     pub functions: BTreeSet<u32>,
     /// Where indirect branches may lead.
-    pub targets: HashMap<u32, Vec<u32>>,
+    pub targets: FxHashMap<u32, Vec<u32>>,
     /// Where branches lead that are not linked yet; none: out of this code.
-    pub unlinked: HashMap<u32, Option<u32>>,
+    pub unlinked: FxHashMap<u32, Option<u32>>,
     /// What was decoded, by address and state of IT.
-    pub decoded: RefCell<HashMap<(u32, ItState), Option<Inst>>>,
+    pub decoded: RefCell<FxHashMap<(u32, ItState), Option<Inst>>>,
 }
 
 /// Where an instruction leads.
@@ -106,7 +108,7 @@ pub(super) fn of_image(image: &Image) -> Flow<'_> {
         sections: sections.map(|s| (s.run, &s.bytes[..])).collect(),
         functions: functions.map(|symbol| symbol.address).collect(),
         targets: image.targets.iter().cloned().collect(),
-        unlinked: HashMap::new(),
+        unlinked: FxHashMap::default(),
         decoded: RefCell::default(),
     }
 }
@@ -128,8 +130,8 @@ pub(super) fn of_object(object: &Object, arch: Arch) -> Flow<'_> {
         arch,
         sections: Vec::new(),
         functions: BTreeSet::new(),
-        targets: HashMap::new(),
-        unlinked: HashMap::new(),
+        targets: FxHashMap::default(),
+        unlinked: FxHashMap::default(),
         decoded: RefCell::default(),
     };
     for symbol in &object.symbols {

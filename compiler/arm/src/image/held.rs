@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::flow::{Flow, state_at};
-use whippen_isa::{Class, Inst, ItState, Op, RegSet};
+use whippen_isa::{Class, Inst, ItState, Op};
 
 /// What holds before an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,8 +23,9 @@ impl Held {
 
     fn behind(mut self, inst: &Inst, record: u8) -> Held {
         self.unchanged &= !stores_first(inst, record, self.moved(record));
+        let defs = inst.defs().core_bits();
         for register in 0..16 {
-            if inst.defs().contains(RegSet::core(register)) {
+            if defs >> register & 1 != 0 {
                 let by = step(inst, register).filter(|_| !inst.is_conditional());
                 let moved = &mut self.moved[usize::from(register)];
                 *moved = moved.zip(by).and_then(|(moved, by)| moved.checked_add(by));

@@ -15,12 +15,14 @@
 //!
 //! Not here: how the rows are written (`dwarf`).
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
+
+use rustc_hash::FxHashMap;
 
 use super::flow::{Flow, Leads, state_at};
 use crate::control::Control;
 use crate::stack::{loaded_slot, moved, stored_slot};
-use whippen_isa::{Inst, ItState, RegSet, reg};
+use whippen_isa::{Inst, ItState, reg};
 
 /// Registers that a caller may want back: R4 to R11 and LR.
 pub(super) const KEPT: [u8; 9] = [4, 5, 6, 7, 8, 9, 10, 11, reg::LR];
@@ -61,7 +63,7 @@ impl Row {
 pub(super) fn rows(flow: &Flow) -> Vec<Row> {
     let mut unwind = Unwind {
         flow,
-        frames: HashMap::new(),
+        frames: FxHashMap::default(),
         entries: BTreeMap::new(),
         changed: BTreeMap::new(),
     };
@@ -123,16 +125,16 @@ impl Frame {
 
     /// What both agree on; whether that is less than this one knew.
     fn meet(&mut self, other: &Frame) -> bool {
-        let before = self.clone();
+        let mut less = self.slots.len() > other.slots.len();
         self.slots.truncate(other.slots.len());
         let slots = self.slots.iter_mut().zip(&other.slots);
         let all = self.registers.iter_mut().zip(&other.registers).chain(slots);
         for (own, other) in all {
             if own != other {
-                *own = None;
+                less |= own.take().is_some();
             }
         }
-        *self != before
+        less
     }
 
     /// The index of the word at a distance from the CFA.
@@ -145,7 +147,7 @@ impl Frame {
     fn execute(&mut self, inst: &Inst) {
         let (sp, before) = (-self.depth(), self.registers);
         let copied = |register: u8| before[usize::from(register)];
-        let defs = inst.defs();
+        let defs = inst.defs().core_bits();
         let value = |register: u8| match inst.op() {
             whippen_isa::Op::MOV_register if inst.amount == 0 => copied(inst.m),
             _ => {
@@ -153,16 +155,17 @@ impl Frame {
                 loaded.and_then(|slot| self.slots[slot])
             }
         };
-        let defined = |register: &u8| defs.contains(RegSet::core(*register));
+        let defined = |register: &u8| defs >> register & 1 != 0;
         let mut registers = before;
         for register in (0..15).filter(defined) {
             registers[usize::from(register)] = value(register).filter(|_| !inst.is_conditional());
         }
-        if defs.contains(RegSet::core(reg::SP)) {
+        if defined(&reg::SP) {
             let down = -(sp + moved(inst).unwrap_or(0)) / 4;
             self.slots.resize(down.max(0) as usize, None);
         }
-        for register in 0..15 {
+        // What has another base stores to no slot.
+        for register in (0..15).filter(|_| inst.n == reg::SP) {
             if let Some(slot) = stored_slot(inst, sp, register).and_then(|at| self.slot(at)) {
                 self.slots[slot] = copied(register).filter(|_| !inst.is_conditional());
             }
@@ -184,7 +187,7 @@ impl Frame {
 struct Unwind<'a> {
     flow: &'a Flow<'a>,
     /// What holds before each instruction, and its place in an IT block.
-    frames: HashMap<u32, (Frame, ItState)>,
+    frames: FxHashMap<u32, (Frame, ItState)>,
     /// Addresses that are called, or named as functions and not branched to from inside another,
     /// and whether each returns.
     entries: BTreeMap<u32, bool>,
