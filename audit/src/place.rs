@@ -46,18 +46,22 @@ impl Place {
     }
 
     /// An instruction executes, its condition met. `points`: what else is known of the register of
-    /// an index' base.
+    /// an index' base, where nothing is known here.
     ///
     /// # Errors
     /// Nobody can say where it leaves the stack pointer.
-    pub(crate) fn execute(&mut self, inst: &Inst, points: Option<Tag>) -> Result<(), &'static str> {
+    pub(crate) fn execute(
+        &mut self,
+        inst: &Inst,
+        points: impl Fn() -> Option<Tag>,
+    ) -> Result<(), &'static str> {
         let (before, sp, defs) = (self.registers, self.sp, inst.defs());
         let tag = |register: u8| before[usize::from(register & 15)];
         for register in (0..15).filter(|r| *r != reg::SP && defs.contains(RegSet::core(*r))) {
             let tag = match () {
                 () if inst.op() == Op::MOV_register && inst.amount == 0 => tag(inst.m),
                 () if steps(inst, register) => tag(register).filter(is_section),
-                () if adds_index(inst) => points.filter(is_section),
+                () if adds_index(inst) => tag(inst.n).or_else(&points).filter(is_section),
                 () => slot(inst, sp, register, false).and_then(|at| self.at(at)),
             };
             self.registers[usize::from(register)] = tag;

@@ -393,19 +393,12 @@ impl Stepping<'_, '_> {
             outcome.quotient_bits = quotient_bits(&inst, &state.facts);
         }
         let cycles = self.issue(state, outcome)?;
-        let points = self.points(state);
-        let moved = state.place.execute(&inst, points);
+        let State { facts, place, .. } = state;
+        let moved = place.execute(&inst, || self.own.derived(facts, inst.n));
         moved.map_err(|why| self.refusal(why))?;
         execute(&mut state.facts, &inst, self.at(), self.own.elf());
         self.seen.stack = self.seen.stack.max(state.place.sp.min(0).unsigned_abs());
         Ok(cycles)
-    }
-
-    /// What the base register holds of a pointer.
-    fn points(&self, state: &State) -> Option<Tag> {
-        let register = self.inst.n;
-        let derived = || self.own.derived(&state.facts, register);
-        state.place.tag(register).or_else(derived)
     }
 
     fn issue(&mut self, state: &mut State, outcome: Outcome) -> Result<u64, Refusal> {
