@@ -180,7 +180,13 @@ impl Core {
         let singles_in = pipe.singles_in.saturating_sub(elapsed);
         if singles_in != 0 {
             (next.singles_in, next.late_singles) = (singles_in, pipe.late_singles);
-            next.about |= pipe.about & (Pipe::FLOAT_SUM | Pipe::LATE_FPSCR);
+            next.about |= pipe.about & Pipe::OF_SINGLES;
+        }
+        if !outcome.skipped {
+            occupy_float_unit(&mut next, timed);
+        }
+        if outcome.target.is_some() {
+            return next;
         }
         let waits_for_company = timed.is(Timed::EMPTY) && !folded && self.folds();
         let no_time = elapsed == 0 && !pipe.is(Pipe::EMPTY) || waits_for_company;
@@ -194,14 +200,6 @@ impl Core {
             } else {
                 0
             };
-        }
-        if !outcome.skipped {
-            occupy_float_unit(&mut next, timed);
-        }
-        if outcome.target.is_some() {
-            (next.late, next.late_for) = (0, 0);
-            next.about &= Pipe::FLOAT_SUM | Pipe::LATE_FPSCR;
-            return next;
         }
         next.about |= self.neighbourhood(pipe, timed, at, outcome, folded);
         next
@@ -242,12 +240,12 @@ impl Core {
         about |= if overlapped { Pipe::OVERLAPPED } else { 0 };
         let delays_loads = self.rules.at_worst && self.worst.load_after_store.cycles != 0;
         let stores = timed.is(Timed::MEMORY) && !timed.is(Timed::LOADS) && !outcome.skipped;
+        about |= if delays_loads && stores {
+            Pipe::STORED
+        } else {
+            0
+        };
         about
-            | if delays_loads && stores {
-                Pipe::STORED
-            } else {
-                0
-            }
     }
 }
 
@@ -293,7 +291,7 @@ fn occupy_float_unit(next: &mut Pipe, timed: &Timed) {
     } else {
         (0, 0)
     };
-    next.about &= !(Pipe::FLOAT_SUM | Pipe::LATE_FPSCR);
+    next.about &= !Pipe::OF_SINGLES;
     if late {
         next.about |= if timed.is(Timed::FLOAT_SUM) {
             Pipe::FLOAT_SUM

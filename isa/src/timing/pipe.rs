@@ -43,14 +43,15 @@ impl Pipe {
     pub(super) const OVERLAPPED: u16 = 128;
     /// The flags of FPSCR come when the late single-precision registers do.
     pub(super) const LATE_FPSCR: u16 = 256;
-
+    /// All that is said of the late single-precision registers.
+    pub(super) const OF_SINGLES: u16 = Self::FLOAT_SUM | Self::LATE_FPSCR;
     /// It was a store, and what loads behind it may have to wait.
     pub(super) const STORED: u16 = 512;
 
     /// Whether no instruction costs more behind it than behind nothing.
     pub const fn delays_nobody(&self) -> bool {
         let late = self.late != 0 || self.singles_in != 0 || self.float_busy != 0;
-        !late && !self.is(Self::LATE_FLAGS | Self::LATE_FPSCR | Self::STORED)
+        !late && !self.is(Self::LATE_FLAGS | Self::STORED)
     }
 
     /// All that it remembers, as one number: of equal states the same.

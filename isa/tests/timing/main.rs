@@ -226,6 +226,58 @@ fn a_condition_that_is_met_costs_nothing() {
     assert!(costs[0] > 1 && costs[0] == costs[1], "{costs:?}");
 }
 
+/// An access starts under the load before it, but for one to another memory; one whose address that
+/// load makes does not, wherever it goes.
+#[test]
+fn an_access_to_another_memory_does_not_overlap() {
+    use whippen_isa::timing::{Outcome, Pipe};
+    let core = Core::cortex_m4();
+    // `ldr r0, [r1]`, then `ldr r2, [r3]` or `ldr r2, [r0]`.
+    let [first, other, dependent] = [0x6808, 0x681a, 0x6802]
+        .map(|hw1| core.prepare(&decode(hw1, 0, Arch::V7EM, ItState::OUTSIDE).expect("a load")));
+    let (pipe, _) = core.issue(Pipe::default(), &first, 0, &Outcome::NEXT);
+    let cycles = |load: &Timed, apart| {
+        let outcome = Outcome {
+            apart,
+            ..Outcome::NEXT
+        };
+        core.issue(pipe, load, 2, &outcome).1.cycles()
+    };
+    let found = [&other, &dependent].map(|load| [cycles(load, false), cycles(load, true)]);
+    assert_eq!(found, [[1, 2], [2, 2]]);
+}
+
+/// Which instructions may delay what comes behind them, by core.
+#[test]
+fn what_delays_nobody() {
+    use whippen_isa::timing::{Outcome, Pipe};
+    let (m33, m4) = (Core::cortex_m33(), Core::cortex_m4());
+    let disputed = Core {
+        rules: Rules {
+            shifted_register_flags: 1,
+            ..Rules::default()
+        },
+        ..m33
+    };
+    let behind = |core: &Core, [hw1, hw2]: [u16; 2]| {
+        let inst = decode(hw1, hw2, core.arch, ItState::OUTSIDE).expect("an instruction");
+        let pipe = core
+            .issue(Pipe::default(), &core.prepare(&inst), 0, &Outcome::NEXT)
+            .0;
+        assert_eq!(Pipe::from_bits(pipe.to_bits()), pipe, "{inst}");
+        pipe.delays_nobody()
+    };
+    let (store, add, load) = ([0x6008, 0], [0x1840, 0], [0x6808, 0]);
+    // `vadd.f32`, `vfma.f32`, `vcmp.f32`; `cmp.w` of a shifted register.
+    let floats = [[0xee30, 0x0a01], [0xeea0, 0x0a81], [0xeeb4, 0x0a60]];
+    let shifted = [0xebb0, 0x0fd1];
+    assert!([store, add].iter().all(|&code| behind(&m33, code)));
+    assert!(behind(&m33.at_worst(), store) && behind(&m4, store));
+    assert!(!behind(&m4.at_worst(), store) && !behind(&m33, load));
+    assert!(floats.iter().all(|&code| !behind(&m33, code)));
+    assert!(behind(&m33, shifted) && !behind(&disputed, shifted));
+}
+
 #[test]
 fn random_instructions() {
     for core in [Core::cortex_m33(), Core::cortex_m4(), Core::cortex_m0plus()] {
