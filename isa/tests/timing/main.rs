@@ -278,6 +278,47 @@ fn what_delays_nobody() {
     assert!(behind(&m33, shifted) && !behind(&disputed, shifted));
 }
 
+/// What a program needs is in its text, and a text that lacks something, or says what cannot be
+/// read, is refused.
+#[test]
+fn a_program_says_what_it_needs() {
+    let core = Core::cortex_m33();
+    let read = |text: &str| programs(&format!("\n== title\npaper\n{text}"), &core);
+    let code = "20000000 1840      adds r0, r0, r1\n";
+    let needs = "registers r6=20001001 lr=20000011 apsr=40000000\nmemory 20040000=11 20040008=c\n";
+    let all = read(&format!("{needs}apart: why\n{code}= 1")).expect("a program");
+    let program = &all[0];
+    assert_eq!(
+        [&program.title, &program.paper],
+        ["title", "paper"],
+        "as written"
+    );
+    let registers = [
+        (6, 0x2000_1001),
+        (14, 0x2000_0011),
+        (whippen_isa::timing::APSR, 0x4000_0000),
+    ];
+    assert_eq!(program.registers, registers);
+    assert_eq!(program.memory, [(0x2004_0000, 0x11), (0x2004_0008, 0xc)]);
+    assert_eq!(program.apart.as_deref(), Some("why"));
+    for wrong in [
+        code,
+        "= 1",
+        "= one",
+        "registers r6\n= 1",
+        "registers r77=1\n= 1",
+        "memory 2004000g=1\n= 1",
+        "20000000 1840      subs r0, r0, r1\n= 1",
+        "20000000 1840      adds r0, r0, r1 soon\n= 1",
+        "20000000 184       adds r0, r0, r1\n= 1",
+        "20000000 1840\n= 1",
+        "20000000 fbb1      udiv r0, r1, r2\n= 1",
+        "20000000 bf0f      itttt eq\n= 1",
+    ] {
+        assert!(read(&format!("{wrong}\n")).is_err(), "{wrong}");
+    }
+}
+
 #[test]
 fn random_instructions() {
     for core in [Core::cortex_m33(), Core::cortex_m4(), Core::cortex_m0plus()] {
