@@ -201,46 +201,130 @@ impl Mul for Interval {
 mod tests {
     use super::*;
 
+    fn of(low: f64, high: f64) -> Interval {
+        Interval { low, high }
+    }
+
+    /// Places from one end to the other, 0 among them where it lies inside.
+    fn samples(i: Interval) -> Vec<f64> {
+        let inside = (0..=8).map(|k| i.low + i.width() * f64::from(k) / 8.0);
+        inside
+            .chain([0.0].into_iter().filter(|&zero| i.holds(zero)))
+            .collect()
+    }
+
+    impl Interval {
+        fn holds(self, v: f64) -> bool {
+            self.low <= v && v <= self.high
+        }
+
+        /// Whether it goes from the least of these to the greatest, but for a few roundings.
+        fn spans(self, results: &[f64]) -> bool {
+            let least = results.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = results.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let rounding = 4.0 * f64::EPSILON;
+            let near = |end: f64, of: f64| (end - of).abs() <= rounding * of.abs();
+            self.holds(least) && self.holds(most) && near(self.low, least) && near(self.high, most)
+        }
+    }
+
+    const SOME: [(f64, f64); 6] = [
+        (-2.0, 3.0),
+        (0.5, 4.0),
+        (-3.0, -0.25),
+        (0.0, 0.0),
+        (0.0, 1.0),
+        (-1.5, 0.0),
+    ];
+
     #[test]
-    fn every_operation_contains_sampled_results() {
-        let samples =
-            |i: Interval| (0..=8).map(move |k| i.low + (i.high - i.low) * f64::from(k) / 8.0);
-        let holds = |i: Interval, v: f64| i.low <= v && v <= i.high;
-        let intervals = [
-            (-2.0, 3.0),
-            (0.5, 4.0),
-            (-3.0, -0.25),
-            (0.0, 0.0),
-            (0.0, 1.0),
-        ]
-        .map(|(low, high)| Interval { low, high });
+    fn an_operation_of_two_spans_its_sampled_results() {
+        type Operation = (
+            fn(Interval, Interval) -> Option<Interval>,
+            fn(f64, f64) -> f64,
+        );
+        let operations: [Operation; 6] = [
+            (|a, b| Some(a + b), |x, y| x + y),
+            (|a, b| Some(a - b), |x, y| x - y),
+            (|a, b| Some(a * b), |x, y| x * y),
+            (|a, b| Some(a.min(b)), f64::min),
+            (|a, b| Some(a.max(b)), f64::max),
+            (|a, b| a.quotient(b), |x, y| x / y),
+        ];
         let mut cases = 0;
-        for a in intervals {
-            for b in intervals {
-                for (x, y) in samples(a).flat_map(|x| samples(b).map(move |y| (x, y))) {
-                    assert!(holds(a + b, x + y) && holds(a - b, x - y) && holds(a * b, x * y));
-                    assert!(
-                        holds(a.min(b), x.min(y))
-                            && holds(a.max(b), x.max(y))
-                            && holds(a.abs(), x.abs())
-                    );
-                    assert!(a.quotient(b).is_none_or(|q| holds(q, x / y)));
-                    assert!(
-                        [2u8, 4, 6]
-                            .iter()
-                            .all(|&h| holds(a.power(h), x.powi(i32::from(h / 2))))
-                    );
-                    assert!(
-                        a.low < 0.0
-                            || [3u8, 5]
-                                .iter()
-                                .all(|&h| holds(a.power(h), x.powf(f64::from(h) / 2.0)))
-                    );
-                    cases += 1;
-                }
+        for (a, b) in SOME.iter().flat_map(|a| SOME.iter().map(move |b| (a, b))) {
+            let (a, b) = (of(a.0, a.1), of(b.0, b.1));
+            for (op, (interval, value)) in operations.iter().enumerate() {
+                let Some(found) = interval(a, b) else {
+                    assert!(op == 5 && b.holds(0.0));
+                    continue;
+                };
+                let pairs = samples(a).into_iter();
+                let results: Vec<f64> = pairs
+                    .flat_map(|x| samples(b).into_iter().map(move |y| value(x, y)))
+                    .collect();
+                assert!(found.spans(&results), "{op} of {a:?} and {b:?}: {found:?}");
+                cases += 1;
             }
         }
-        assert_eq!(cases, 25 * 81);
+        assert_eq!(cases, 5 * 36 + 6 * 2);
+    }
+
+    #[test]
+    fn an_operation_of_one_spans_its_sampled_results() {
+        for (low, high) in SOME {
+            let a = of(low, high);
+            let results = |value: &dyn Fn(f64) -> f64| samples(a).into_iter().map(value).collect();
+            let spans = |found: Interval, value: &dyn Fn(f64) -> f64| {
+                let results: Vec<f64> = results(value);
+                assert!(found.spans(&results), "{a:?}: {found:?}");
+            };
+            spans(-a, &|x| -x);
+            spans(a.abs(), &f64::abs);
+            spans(of(a.magnitude(), a.magnitude()), &|_| {
+                low.abs().max(high.abs())
+            });
+            for halves in (2..=8).filter(|halves| low >= 0.0 || halves % 2 == 0) {
+                spans(a.power(halves), &|x| x.powf(f64::from(halves) / 2.0));
+                let slope = |x: f64| {
+                    let exponent = f64::from(halves) / 2.0;
+                    exponent * x.powf(exponent - 1.0)
+                };
+                spans(a.slope_of_power(halves).expect("bounded"), &slope);
+            }
+        }
+        let slope = of(1.0, 4.0).slope_of_power(1).expect("bounded");
+        assert!(slope.spans(&[0.25, 0.5]), "{slope:?}");
+        assert_eq!(of(0.0, 4.0).slope_of_power(1), None);
+    }
+
+    /// The exact result of what a double rounds lies strictly inside; 0 is exact.
+    #[test]
+    fn rounding_is_outwards() {
+        let (a, b) = (Interval::point(0.1), Interval::point(0.2));
+        let around = |found: Interval, value: f64| found.low < value && value < found.high;
+        assert!(around(a + b, 0.1 + 0.2) && around(a - b, 0.1 - 0.2) && around(a * b, 0.1 * 0.2));
+        assert!(a.quotient(b).is_some_and(|q| around(q, 0.1 / 0.2)));
+        assert!(around(a.power(6), 0.1 * 0.1 * 0.1));
+        assert_eq!(Interval::around(1.0), of(-1f64.next_up(), 1f64.next_up()));
+        assert_eq!(of(0.0, 1.0).outwards(), of(0.0, 1f64.next_up()));
+        assert_eq!(of(-1.0, 0.0).outwards(), of(-1f64.next_up(), 0.0));
+        // The square of what may be small is never below 0.
+        assert!(of(0.0, 1e-200).power(4).low == 0.0);
+    }
+
+    #[test]
+    fn intervals_beside_each_other() {
+        let (a, b) = (of(-1.0, 2.0), of(0.0, 3.0));
+        assert_eq!([a.union(b), b.union(a)], [of(-1.0, 3.0); 2]);
+        assert!(a.union(b).contains(a) && a.union(b).contains(b) && a.contains(a));
+        assert!(!a.contains(b) && !b.contains(a) && !of(0.0, 1.0).contains(of(0.0, 1.5)));
+        assert!(!of(0.0, 1.0).contains(of(-0.5, 1.0)));
+        assert_eq!(a.cut(0.0, 1.0), of(0.0, 1.0));
+        assert_eq!(a.cut(-5.0, 5.0), a);
+        assert_eq!(of(-2.0, 4.0).wider(0.5), of(-3.0, 6.0));
+        let least = f64::MIN_POSITIVE;
+        assert_eq!(of(0.0, 0.0).wider(0.5), of(-least, least));
     }
 
     #[test]
