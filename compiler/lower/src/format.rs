@@ -100,13 +100,76 @@ mod tests {
             assert!(fits(range, bits), "{magnitude}: {bits}");
             assert!(bits == 62 || !fits(range, bits + 1), "{magnitude}: {bits}");
         }
+        let bits = |low, high| fraction_bits(Interval { low, high });
         assert_eq!(
-            fraction_bits(Interval {
-                low: 0.0,
-                high: 1.0
-            }),
-            30
+            [bits(0.0, 1.0), bits(-2.0, 0.0), bits(0.0, 0.0)],
+            [30, 29, 62]
         );
-        assert_eq!(name(27), "I5F27");
+        // The largest planned value exactly, and the next above it.
+        let top = TOP * exp2(-20);
+        assert_eq!([bits(0.0, top), bits(0.0, top.next_up())], [20, 19]);
+        assert_eq!(
+            [27, 0, -3].map(name),
+            ["I5F27", "I32F0", "I35F-3"].map(String::from)
+        );
+    }
+
+    #[test]
+    fn powers_of_two_and_their_exponents() {
+        assert_eq!(
+            [0, 3, -3, 62].map(exp2),
+            [1.0, 8.0, 0.125, 4_611_686_018_427_387_904.0]
+        );
+        assert_eq!([-1022, -5000].map(exp2), [f64::MIN_POSITIVE; 2]);
+        assert_eq!([1023, 5000].map(exp2), [2f64.powi(1023); 2]);
+        let numbers = [1.0, 1.999, 2.0, 0.999, 0.125, 1e-300, f64::MAX];
+        assert_eq!(numbers.map(exponent), [0, 0, 1, -1, -3, -997, 1023]);
+    }
+
+    /// Ties go away from zero; what 62 bits do not hold stops at their ends.
+    #[test]
+    fn reals_round_to_the_nearest_integer_of_a_unit() {
+        let in_halves = [0.24, 0.25, -0.25, 1.5, -1.74].map(|value| quantize(value, 0.5));
+        assert_eq!(in_halves, [0, 1, -1, 3, -3]);
+        let far = 1i64 << 62;
+        assert_eq!([1e30, -1e30].map(|value| quantize(value, 0.5)), [far, -far]);
+    }
+
+    #[test]
+    fn integers_of_an_interval() {
+        let interval = |low, high| Interval { low, high };
+        assert_eq!(inside(interval(-0.6, 0.74), 0.25), Range::new(-2, 2));
+        assert_eq!(nearest(interval(-0.65, 0.74), 0.25), Range::new(-3, 3));
+        assert_eq!(inside(interval(-0.5, 0.75), 0.25), Range::new(-2, 3));
+        // None lies inside: those around it.
+        assert_eq!(inside(interval(0.3, 0.4), 0.25), Range::new(1, 2));
+    }
+
+    /// A saturation takes one instruction where it is to powers of two: at most a 256th of the
+    /// integers is given up for that at each end, and none is added.
+    #[test]
+    fn ends_move_in_to_powers_of_two_that_are_near() {
+        for (low, high, expected) in [
+            (-1026, 1026, (-1024, 1023)),
+            (-1028, 1027, (-1024, 1023)),
+            (-1024, 1023, (-1024, 1023)),
+            (0, 1026, (0, 1023)),
+            (-1029, 1027, (-1029, 1027)),
+            (-1028, 1028, (-1028, 1028)),
+            (-1023, 1023, (-1023, 1023)),
+            (-1000, 1000, (-1000, 1000)),
+            (1, 1026, (1, 1026)),
+            (-5, -3, (-5, -3)),
+            (0, 0, (0, 0)),
+        ] {
+            let unit = Interval {
+                low: f64::from(low) * 0.5,
+                high: f64::from(high) * 0.5,
+            };
+            let expected = Range::new(expected.0, expected.1);
+            assert_eq!(inside_powers(unit, 0.5), expected, "{low} .. {high}");
+        }
+        let few = [1, 2].map(|few| powers(Range::new(-5, 5), few));
+        assert_eq!(few, [Range::new(-5, 5), Range::new(-4, 3)]);
     }
 }

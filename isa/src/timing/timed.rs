@@ -14,6 +14,7 @@ use crate::table::Op;
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Timed {
     pub(super) singles_read: u32,
+    /// Those it writes, late where its line says so.
     pub(super) singles_late: u32,
     /// Source operands that are none of the next two.
     pub(super) operands: u16,
@@ -102,14 +103,9 @@ impl Core {
                     0
                 }
         };
-        let (reads, writes) = (uses.single_bits(), defs.single_bits());
         let mut timed = Timed {
-            singles_read: reads,
-            singles_late: if line.float_hold + line.float_delay > 1 {
-                writes
-            } else {
-                0
-            },
+            singles_read: uses.single_bits(),
+            singles_late: defs.single_bits(),
             operands,
             addresses,
             sums,
