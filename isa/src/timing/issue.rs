@@ -173,17 +173,16 @@ impl Core {
         cost: &Cost,
     ) -> Pipe {
         let elapsed = cost.cycles().min(u32::from(u8::MAX)) as u8;
-        let mut next = Pipe {
-            float_busy: pipe.float_busy.saturating_sub(elapsed),
-            ..Pipe::default()
-        };
-        let singles_in = pipe.singles_in.saturating_sub(elapsed);
-        if singles_in != 0 {
-            (next.singles_in, next.late_singles) = (singles_in, pipe.late_singles);
-            next.about |= pipe.about & Pipe::OF_SINGLES;
-        }
-        if !outcome.skipped {
+        let mut next = Pipe::default();
+        if timed.float_hold != 0 && !outcome.skipped {
             occupy_float_unit(&mut next, timed);
+        } else {
+            next.float_busy = pipe.float_busy.saturating_sub(elapsed);
+            let singles_in = pipe.singles_in.saturating_sub(elapsed);
+            if singles_in != 0 {
+                (next.singles_in, next.late_singles) = (singles_in, pipe.late_singles);
+                next.about |= pipe.about & Pipe::OF_SINGLES;
+            }
         }
         if outcome.target.is_some() {
             return next;
@@ -280,9 +279,6 @@ fn wait_for_float_unit(pipe: &Pipe, timed: &Timed, cost: &mut Cost) {
 
 /// One cycle of the unit is over when the instruction has issued.
 fn occupy_float_unit(next: &mut Pipe, timed: &Timed) {
-    if timed.float_hold == 0 {
-        return;
-    }
     next.float_busy = timed.float_hold.saturating_sub(timed.cycles.max(1));
     let result_in = next.float_busy + timed.float_delay;
     let late = result_in != 0 && (timed.singles_late != 0 || timed.is(Timed::WRITES_FPSCR));
@@ -291,7 +287,6 @@ fn occupy_float_unit(next: &mut Pipe, timed: &Timed) {
     } else {
         (0, 0)
     };
-    next.about &= !Pipe::OF_SINGLES;
     if late {
         next.about |= if timed.is(Timed::FLOAT_SUM) {
             Pipe::FLOAT_SUM
