@@ -115,3 +115,78 @@ impl Interval {
         63 - least.max(1).leading_zeros() as i32
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MIN: i64 = i32::MIN as i64;
+    const MAX: i64 = i32::MAX as i64;
+
+    fn of(low: i64, high: i64) -> Interval {
+        Interval { low, high }
+    }
+
+    /// What is no word has wrapped, and may be any.
+    #[test]
+    fn what_may_wrap_is_any_word() {
+        assert_eq!(Interval::of(MIN, MAX), Interval::ALL);
+        assert_eq!(Interval::of(MIN, 5), of(MIN, 5));
+        assert_eq!(Interval::of(-5, MAX), of(-5, MAX));
+        let wraps = [Interval::of(MIN - 1, 5), Interval::of(-5, MAX + 1)];
+        assert_eq!(wraps, [Interval::ALL; 2]);
+        assert_eq!(of(-1, 2).plus(of(10, 20)), of(9, 22));
+        assert_eq!(of(-1, 2).plus(of(0, MAX)), Interval::ALL);
+    }
+
+    #[test]
+    fn words_in_and_out_of_an_interval() {
+        let some = of(-3, 4);
+        assert_eq!(
+            [-4, -3, 4, 5].map(|word| some.holds(word)),
+            [false, true, true, false]
+        );
+        assert!(of(1, 0).is_empty() && !of(1, 1).is_empty());
+        assert_eq!([of(3, 3).as_point(), some.as_point()], [Some(3), None]);
+        let others = [some, of(-2, 3), of(-4, 4), of(-3, 5)];
+        assert_eq!(
+            others.map(|other| some.covers(other)),
+            [true, true, false, false]
+        );
+        assert_eq!(
+            [some.intersect(of(0, 9)), some.hull(of(0, 9))],
+            [of(0, 4), of(-3, 9)]
+        );
+        let without = [-3, 4, 0, 7].map(|word| some.without(word));
+        assert_eq!(without, [of(-2, 4), of(-3, 3), some, some]);
+        assert!(Interval::point(3).without(3).is_empty());
+    }
+
+    /// The words read as unsigned, and the top bits by which a division takes its time.
+    #[test]
+    fn words_as_magnitudes() {
+        const WORDS: i64 = 1 << 32;
+        let found = [of(0, 5), of(-2, -1), of(-1, 0)].map(Interval::unsigned);
+        assert_eq!(
+            found,
+            [of(0, 5), of(WORDS - 2, WORDS - 1), of(0, WORDS - 1)]
+        );
+        let some = [
+            of(-8, 3),
+            of(3, 8),
+            of(-9, -4),
+            of(0, 0),
+            of(MIN, 0),
+            of(-1, 7),
+            of(0, 9),
+        ];
+        assert_eq!(some.map(|i| i.top_bit_max(true)), [3, 3, 3, -1, 31, 2, 3]);
+        assert_eq!(
+            some.map(|i| i.top_bit_max(false)),
+            [31, 3, 31, -1, 31, 31, 3]
+        );
+        assert_eq!(some.map(|i| i.top_bit_min(true)), [0, 1, 2, 0, 0, 0, 0]);
+        assert_eq!(some.map(|i| i.top_bit_min(false)), [0, 1, 31, 0, 0, 0, 0]);
+        assert_eq!(of(-7, 0).top_bit_min(true), 0);
+    }
+}

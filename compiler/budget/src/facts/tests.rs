@@ -1,5 +1,7 @@
 //! What is known of a word that is moved up by its own leading zeros.
 
+mod flags;
+
 use std::collections::BTreeMap;
 
 use whippen_isa::{Arch, parse};
