@@ -1,5 +1,6 @@
 //! What is known of a word that is moved up by its own leading zeros.
 
+mod effect;
 mod flags;
 
 use std::collections::BTreeMap;

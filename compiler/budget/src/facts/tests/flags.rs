@@ -10,13 +10,13 @@ use crate::Code;
 /// Where signed and unsigned order begin and end, and some words between.
 const ENDS: [i32; 7] = [i32::MIN, -3, -1, 0, 1, 4, i32::MAX];
 
-fn intervals() -> impl Iterator<Item = [i32; 2]> {
+pub(super) fn intervals() -> impl Iterator<Item = [i32; 2]> {
     let from = |at: usize| ENDS[at..].iter().map(move |&high| [ENDS[at], high]);
     (0..ENDS.len()).flat_map(from)
 }
 
 /// Words of an interval: its ends, and all that lie beside an end of any.
-fn words([low, high]: [i32; 2]) -> Vec<i32> {
+pub(super) fn words([low, high]: [i32; 2]) -> Vec<i32> {
     let beside = |end: i32| [end.saturating_sub(1), end, end.saturating_add(1)];
     let mut words: Vec<i32> = ENDS.into_iter().flat_map(beside).collect();
     words.retain(|word| (low..=high).contains(word));
@@ -25,7 +25,7 @@ fn words([low, high]: [i32; 2]) -> Vec<i32> {
     words
 }
 
-fn after(known: &[(u8, [i32; 2])], text: &str) -> Facts {
+pub(super) fn after(known: &[(u8, [i32; 2])], text: &str) -> Facts {
     let known: BTreeMap<u8, [u32; 2]> = known
         .iter()
         .map(|&(register, ends)| (register, ends.map(|end| end as u32)))
