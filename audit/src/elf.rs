@@ -115,6 +115,23 @@ impl Elf {
         })
     }
 
+    /// One constant word at an address.
+    #[cfg(test)]
+    pub(crate) fn of_constant(base: u32, word: u32) -> Self {
+        let section = Section {
+            name: ".rodata".to_string(),
+            base,
+            size: 4,
+            code: false,
+            writable: false,
+            bytes: word.to_le_bytes().to_vec(),
+        };
+        Self {
+            sections: vec![section],
+            ..Self::default()
+        }
+    }
+
     /// The section that an address is in.
     pub fn section_at(&self, address: u32) -> Option<&Section> {
         // They are in the order of their addresses.

@@ -4,6 +4,9 @@
 //! Places have names; places of one name hold one word, and each name has an interval of signed
 //! words. A name is an index of `values`; a place without one may hold any word.
 
+#[cfg(test)]
+mod tests;
+
 use whippen_isa::Cond;
 
 /// A place without a name.

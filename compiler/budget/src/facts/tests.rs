@@ -1,14 +1,53 @@
-//! What is known of a word that is moved up by its own leading zeros.
-
-mod effect;
-mod flags;
+//! What is known along a path, and of a word that is moved up by its own leading zeros.
 
 use std::collections::BTreeMap;
 
-use whippen_isa::{Arch, parse};
+use whippen_isa::{Arch, Cond, Inst, parse};
+use whippen_words::{Claims, Ends};
 
 use super::{Facts, Interval};
 use crate::Code;
+
+impl Claims for Facts {
+    fn of(known: &[(u8, [i32; 2])]) -> Self {
+        let known = known.iter();
+        let known = known.map(|&(register, ends)| (register, ends.map(|end| end as u32)));
+        Self::of_registers(&known.collect())
+    }
+
+    fn execute(&mut self, inst: &Inst) {
+        let constant = Code::new(0x108, 0x1234_5678_u32.to_le_bytes().to_vec());
+        Self::execute(self, inst, 0x100, &constant);
+    }
+
+    fn assume(&mut self, cond: Cond) -> bool {
+        Self::assume(self, cond)
+    }
+
+    fn assume_zero(&mut self, register: u8, zero: bool) -> bool {
+        Self::assume_zero(self, register, zero)
+    }
+
+    fn ends(&self, register: u8) -> Ends {
+        let found = self.interval(register);
+        [found.low, found.high]
+    }
+}
+
+#[test]
+fn comparisons_and_results_keep_the_words_that_may_be() {
+    whippen_words::comparisons::<Facts>();
+    whippen_words::conditions::<Facts>();
+    whippen_words::results::<Facts>();
+}
+
+#[test]
+fn instructions_make_what_their_words_make() {
+    whippen_words::made::<Facts>();
+    whippen_words::products::<Facts>();
+    whippen_words::loads_and_constants::<Facts>();
+    whippen_words::flags_of_texts::<Facts>();
+}
 
 /// What a text leaves in R2, with R0 between these two.
 fn of_r2(from: Facts, texts: &[&str]) -> Interval {

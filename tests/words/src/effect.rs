@@ -1,10 +1,8 @@
-//! What an instruction makes of the words of two intervals, against words tried one by one.
+//! What an instruction makes of the words of two intervals.
 
-use whippen_isa::{Arch, Cond, parse};
+use whippen_isa::Cond;
 
-use super::flags::{after, intervals, words};
-use super::{Facts, Interval};
-use crate::Code;
+use super::{ANY, Claims, Ends, covers, hull, pairs, pairs_of_intervals, run, where_holds};
 
 /// What is told of a result.
 #[derive(Clone, Copy)]
@@ -81,36 +79,35 @@ const MADE: &[Made] = &[
     (
         "and r2, r0, #0xfe000000",
         |x, _| x & -0x200_0000,
-        Told::Mask(i32::MIN as i64, i32::MAX as i64),
+        Told::Mask(ANY[0], ANY[1]),
     ),
-    (
-        "eors r2, r1",
-        |_, _| 0,
-        Told::Always(i32::MIN as i64, i32::MAX as i64),
-    ),
+    ("eors r2, r1", |_, _| 0, Told::Always(ANY[0], ANY[1])),
 ];
 
-#[test]
-fn an_instruction_makes_what_its_words_make() {
+/// From one to the other, or any word where one is no word.
+fn wrapped([low, high]: Ends) -> Ends {
+    if covers(ANY, [low, high]) {
+        [low, high]
+    } else {
+        ANY
+    }
+}
+
+/// An instruction makes of intervals what it makes of their words.
+pub fn made<C: Claims>() {
     for &(text, value, told) in MADE {
-        for (a, b) in intervals().flat_map(|a| intervals().map(move |b| (a, b))) {
-            let found = after(&[(0, a), (1, b)], text).interval(2);
-            let of_left = |x: i32| words(b).into_iter().map(move |y| (x, y));
-            let results = words(a).into_iter().flat_map(of_left);
+        for [a, b] in pairs_of_intervals() {
+            let found = run::<C>(&[(0, a), (1, b)], &[text]).ends(2);
+            let results = pairs([a, b]).into_iter();
             let results = results.map(|(x, y)| value(i64::from(x), i64::from(y)));
-            let all = results.map(|at| Interval { low: at, high: at });
-            let all = all.reduce(Interval::hull).expect("words");
-            let given = Interval {
-                low: a[0].into(),
-                high: a[1].into(),
-            };
-            let of = |low, high| Interval { low, high };
+            let all = hull(results).expect("words");
+            let given = a.map(i64::from);
             let expected = match told {
-                Told::Ends => Interval::of(all.low, all.high),
-                Told::Reach(low, high) if of(low, high).covers(given) => given,
+                Told::Ends => wrapped(all),
+                Told::Reach(low, high) if covers([low, high], given) => given,
                 Told::Mask(..) if a[0] == a[1] => all,
                 Told::Reach(low, high) | Told::Mask(low, high) | Told::Always(low, high) => {
-                    of(low, high)
+                    [low, high]
                 }
             };
             assert_eq!(found, expected, "{text} of {a:?} and {b:?}");
@@ -118,83 +115,50 @@ fn an_instruction_makes_what_its_words_make() {
     }
 }
 
-/// Several texts, from what is known of R0 to R3.
-fn run(known: &[(u8, [i32; 2])], texts: &[&str]) -> Facts {
-    let known = known.iter();
-    let known = known.map(|&(register, ends)| (register, ends.map(|end| end as u32)));
-    texts
-        .iter()
-        .fold(Facts::of_registers(&known.collect()), |mut facts, text| {
-            let inst = parse(text, Arch::V8M, None).expect("an instruction");
-            facts.execute(
-                &inst,
-                0x100,
-                &Code::new(0x108, vec![0x78, 0x56, 0x34, 0x12]),
-            );
-            facts
-        })
-}
-
-fn ends(facts: &Facts, register: u8) -> [i64; 2] {
-    let found = facts.interval(register);
-    [found.low, found.high]
-}
-
-#[test]
-fn sums_of_products_lie_between_their_corners() {
-    for (a, b) in intervals().flat_map(|a| intervals().map(move |b| (a, b))) {
-        let facts = run(&[(0, a), (1, b), (3, [10, 20])], &["mla r2, r0, r1, r3"]);
+/// Sums of products lie between those of their corners.
+pub fn products<C: Claims>() {
+    for [a, b] in pairs_of_intervals() {
+        let known = [(0, a), (1, b), (3, [10, 20])];
+        let found = run::<C>(&known, &["mla r2, r0, r1, r3"]).ends(2);
         let corners = a
             .into_iter()
             .flat_map(|x| b.map(|y| i64::from(x) * i64::from(y)));
-        let products: Vec<i64> = corners.collect();
-        let [least, most] = [products.iter().min(), products.iter().max()].map(|p| *p.expect("4"));
-        assert_eq!(
-            facts.interval(2),
-            Interval::of(least + 10, most + 20),
-            "{a:?} {b:?}"
-        );
+        let [least, most] = hull(corners).expect("four");
+        assert_eq!(found, wrapped([least + 10, most + 20]), "{a:?} {b:?}");
     }
 }
 
-/// Constants in two halves, constants beside the code, and what loads of less than a word may read.
-#[test]
-fn constants_and_loads() {
-    let of_r2 = |texts: &[&str]| ends(&run(&[(0, [0, 9])], texts), 2);
-    assert_eq!(
-        of_r2(&["movw r2, #0x5678", "movt r2, #0x1234"]),
-        [0x1234_5678; 2]
-    );
-    let any = [i64::from(i32::MIN), i64::from(i32::MAX)];
-    assert_eq!(of_r2(&["mov r2, r0", "movt r2, #0x1234"]), any);
+/// Constants in two halves, constants beside the code, what loads of less than a word may read, and
+/// what is not known.
+pub fn loads_and_constants<C: Claims>() {
+    let of_r2 = |texts: &[&str]| run::<C>(&[(0, [0, 9])], texts).ends(2);
+    let halves = ["movw r2, #0x5678", "movt r2, #0x1234"];
+    assert_eq!(of_r2(&halves), [0x1234_5678; 2]);
+    assert_eq!(of_r2(&["mov r2, r0", "movt r2, #0x1234"]), ANY);
     assert_eq!(of_r2(&["ldr r2, [pc, #4]"]), [0x1234_5678; 2]);
-    assert_eq!(of_r2(&["ldr r2, [pc, #8]"]), any);
+    assert_eq!(of_r2(&["ldr r2, [pc, #8]"]), ANY);
     for (text, reach) in [
         ("ldrb r2, [r0]", [0, 0xff]),
         ("ldrb r2, [r0, r1]", [0, 0xff]),
         ("ldrh r2, [r0]", [0, 0xffff]),
         ("ldrsb r2, [r0, r1]", [-128, 127]),
         ("ldrsh r2, [r0, r1]", [-32768, 32767]),
-        ("ldr r2, [r0]", any),
-        ("umull r2, r3, r0, r1", any),
-        ("lsl.w r2, r0, r1", any),
+        ("ldr r2, [r0]", ANY),
+        ("umull r2, r3, r0, r1", ANY),
+        ("lsl.w r2, r0, r1", ANY),
+        ("sub.w r2, r0, r1, lsl #1", ANY),
     ] {
         assert_eq!(of_r2(&["movs r2, #1", text]), reach, "{text}");
     }
     // A base that is written back is another word.
-    let facts = run(&[(0, [0, 9])], &["ldrb r2, [r0], #1"]);
-    assert_eq!([ends(&facts, 0), ends(&facts, 2)], [any, [0, 0xff]]);
-    let facts = run(&[(0, [0, 9]), (1, [5, 5])], &["ldm r0!, {r1, r2}"]);
-    assert_eq!([ends(&facts, 0), ends(&facts, 1)], [any, any]);
+    let claims: C = run(&[(0, [0, 9])], &["ldrb r2, [r0], #1"]);
+    assert_eq!([claims.ends(0), claims.ends(2)], [ANY, [0, 0xff]]);
+    let claims: C = run(&[(0, [0, 9]), (1, [5, 5])], &["ldm r0!, {r1, r2}"]);
+    assert_eq!([claims.ends(0), claims.ends(1)], [ANY, ANY]);
 }
 
-/// What is compared, by text: a condition then narrows R0.
-#[test]
-fn which_instructions_compare() {
-    let narrowed = |text: &str, cond| {
-        let mut facts = run(&[(0, [-10, 10]), (1, [5, 5])], &[text]);
-        facts.assume(cond).then(|| ends(&facts, 0))
-    };
+/// What texts compare or show: a condition then narrows R0.
+pub fn flags_of_texts<C: Claims>() {
     for (text, cond, left) in [
         ("cmp r0, #3", Cond::GT, [4, 10]),
         ("subs r2, r0, #3", Cond::LT, [-10, 2]),
@@ -205,25 +169,22 @@ fn which_instructions_compare() {
         ("subs.w r2, r0, r1, lsl #1", Cond::GE, [-10, 10]),
         ("cmn r0, #3", Cond::GT, [-10, 10]),
         ("ands r0, r0, #7", Cond::NE, [1, 7]),
-        ("orrs r0, r1", Cond::PL, [0, i64::from(i32::MAX)]),
+        ("orrs r0, r1", Cond::PL, [0, ANY[1]]),
         ("mov r3, r0", Cond::EQ, [-10, 10]),
     ] {
-        assert_eq!(narrowed(text, cond), Some(left), "{text}");
+        let claims: C = run(&[(0, [-10, 10]), (1, [5, 5])], &[text]);
+        assert_eq!(where_holds(&claims, cond, [0]), Some([left]), "{text}");
     }
-    let tested = |word, cond| {
-        let mut facts = run(&[(0, [word, word])], &["tst.w r0, #0x80"]);
-        facts.assume(cond)
-    };
+    let can = |word, texts: &[&str], cond| run::<C>(&[(0, [word, word])], texts).assume(cond);
+    let tested = |word, cond| can(word, &["tst.w r0, #0x80"], cond);
     assert!(tested(0x80, Cond::NE) && !tested(0x80, Cond::EQ));
     assert!(tested(0x7f, Cond::EQ) && !tested(0x7f, Cond::NE));
     // What sets flags that nobody knows, and what keeps them.
-    let mut facts = run(&[(0, [1, 1])], &["cmp r0, #1", "adds r2, r1, r3"]);
-    assert!(facts.assume(Cond::NE));
-    let mut facts = run(&[(0, [1, 1])], &["cmp r0, #1", "add.w r2, r1, r3"]);
-    assert!(!facts.assume(Cond::NE));
+    assert!(can(1, &["cmp r0, #1", "adds r2, r1, r3"], Cond::NE));
+    assert!(!can(1, &["cmp r0, #1", "add.w r2, r1, r3"], Cond::NE));
     // A copy is the word itself: what is said of one is said of the other.
-    let mut facts = run(&[(0, [-10, 10])], &["mov r3, r0", "cmp r3, #0"]);
-    assert!(facts.assume(Cond::GT));
-    assert_eq!(ends(&facts, 0), [1, 10]);
-    assert!(facts.assume_zero(0, false) && !facts.assume_zero(3, true));
+    let mut claims: C = run(&[(0, [-10, 10])], &["mov r3, r0", "cmp r3, #0"]);
+    assert!(claims.assume(Cond::GT));
+    assert_eq!(claims.ends(0), [1, 10]);
+    assert!(claims.assume_zero(0, false) && !claims.assume_zero(3, true));
 }
