@@ -62,8 +62,8 @@ fn run(r0: [i32; 2], texts: &[&str]) -> Facts {
         })
 }
 
-/// A word above 0 that is moved up by its own leading zeros has its top bit set; what may be 0, other
-/// zeros, and a word that has changed since tell nothing.
+/// A word above 0 that is moved up by its own leading zeros has its top bit set; what may be 0,
+/// other zeros, and a word that has changed since tell nothing.
 #[test]
 fn a_word_moved_up_by_its_zeros_has_its_top_bit() {
     let of_r2 = |r0, texts: &[&str]| run(r0, texts).of(2);
@@ -106,8 +106,8 @@ fn a_claim_covers_whoever_claims_more() {
     assert!(unknown.covers(&compares) && !compares.covers(&unknown));
 }
 
-/// Who writes certificates leaves out what no instruction behind asks for; what is left is claimed as
-/// before.
+/// Who writes certificates leaves out what no instruction behind asks for; what is left is claimed
+/// as before.
 #[test]
 fn what_is_trimmed_claims_less() {
     let texts = ["mov r1, r0", "cmp r0, #3", "clz r4, r0", "movs r5, #7"];

@@ -114,6 +114,14 @@ mod tests {
         );
     }
 
+    /// A drive word is any of 16 bits with a sign; a planned value any of 32, less a 32768th.
+    #[test]
+    fn words_and_what_is_planned_for_them() {
+        let word = Range::new(i16::MIN.into(), i16::MAX.into());
+        assert_eq!(DRIVE_WORD, word);
+        assert_eq!(TOP, exp2(31) - exp2(31 - 15));
+    }
+
     #[test]
     fn powers_of_two_and_their_exponents() {
         assert_eq!(
