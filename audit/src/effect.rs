@@ -47,11 +47,10 @@ pub(crate) fn execute(facts: &mut Facts, inst: &Inst, at: u32, elf: &Elf) {
         facts.set_counted(counted, name);
     }
     if sets_flags {
-        let result = match inst.op() {
-            Op::CMP_immediate | Op::CMP_register => NONE,
-            _ if inst.s && name == NONE && defs.count_ones() == 1 => facts.name_of(inst.d),
-            _ if inst.s => name,
-            _ => NONE,
+        let result = match inst.s {
+            true if defs.count_ones() == 1 => facts.name_of(inst.d),
+            true => name,
+            false => NONE,
         };
         facts.show(compared, result);
     }

@@ -70,6 +70,10 @@ fn a_word_moved_up_by_its_zeros_has_its_top_bit() {
     let (count, shift) = ("clz r1, r0", "lsl.w r2, r0, r1");
     assert_eq!(run([0x1000, 0x2_0000], &[count]).of(1), [14, 19]);
     assert_eq!(of_r2([1, 0x2000], &[count, shift]), [ALL[0], -1]);
+    // Another count that tells nothing leaves the last one that does.
+    let other = ["ubfx r4, r0, #0, #5", "clz r3, r4"];
+    let texts = [&[count][..], &other, &[shift]].concat();
+    assert_eq!(of_r2([1, 0x2000], &texts), [ALL[0], -1]);
     for (r0, texts) in [
         ([0, 0x2000], &[count, shift][..]),
         ([1, 0x2000], &[count, "adds r0, #1", shift]),

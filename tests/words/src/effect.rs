@@ -153,6 +153,15 @@ pub fn loads_and_constants<C: Claims>() {
     // A base that is written back is another word.
     let claims: C = run(&[(0, [0, 9])], &["ldrb r2, [r0], #1"]);
     assert_eq!([claims.ends(0), claims.ends(2)], [ANY, [0, 0xff]]);
+    // What has no result leaves all registers, those that nobody claims anything of included.
+    for text in ["tst.w r0, #0x80", "cmp r0, #3", "str r0, [r1]", "nop"] {
+        let claims: C = run(&[(0, [0, 9])], &[text]);
+        let left = (0..16).map(|register| claims.ends(register));
+        assert!(
+            left.skip(1).all(|ends| ends == ANY) && claims.ends(0) == [0, 9],
+            "{text}"
+        );
+    }
     let claims: C = run(&[(0, [0, 9]), (1, [5, 5])], &["ldm r0!, {r1, r2}"]);
     assert_eq!([claims.ends(0), claims.ends(1)], [ANY, ANY]);
 }

@@ -54,13 +54,10 @@ impl Facts {
     }
 
     fn set_flags(&mut self, inst: &Inst, compared: Option<[Name; 2]>, name: Name) {
-        let result = match inst.op() {
-            Op::CMP_immediate | Op::CMP_register => NONE,
-            _ if inst.s && name == NONE && inst.defs().core_bits().count_ones() == 1 => {
-                self.name(inst.d)
-            }
-            _ if inst.s => name,
-            _ => NONE,
+        let result = match inst.s {
+            true if inst.defs().core_bits().count_ones() == 1 => self.name(inst.d),
+            true => name,
+            false => NONE,
         };
         match compared {
             Some([left, right]) => self.set_compared(left, right, result),

@@ -69,6 +69,9 @@ fn a_word_moved_up_by_its_zeros_has_its_top_bit() {
     let normal = ["clz r1, r0", "lsl.w r2, r0, r1"];
     let found = of_r2(with_r0(1, 0x2000), &normal);
     assert_eq!([found.low, found.high], [i64::from(i32::MIN), -1]);
+    // Another count that tells nothing leaves the last one that does.
+    let other = ["clz r1, r0", "ubfx r4, r0, #0, #5", "clz r3, r4", normal[1]];
+    assert_eq!(of_r2(with_r0(1, 0x2000), &other).high, -1);
     let upper = [&normal[..], &["lsr.w r2, r2, #16"]].concat();
     let found = of_r2(with_r0(1, 0x2000), &upper);
     assert_eq!([found.low, found.high], [0x8000, 0xffff]);
