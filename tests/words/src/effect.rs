@@ -13,6 +13,8 @@ enum Told {
     Reach(i64, i64),
     /// The same of one word, else these.
     Mask(i64, i64),
+    /// The same of words above 0, else any word.
+    Positive,
     /// These.
     Always(i64, i64),
 }
@@ -28,6 +30,8 @@ fn low_bits(x: i64, bits: u32) -> i64 {
     x << (64 - bits) >> (64 - bits)
 }
 
+const NOTHING: Told = Told::Always(ANY[0], ANY[1]);
+
 const MADE: &[Made] = &[
     ("mov r2, r0", |x, _| x, Told::Ends),
     ("mov.w r2, #0x1fc0", |_, _| 0x1fc0, Told::Ends),
@@ -38,6 +42,15 @@ const MADE: &[Made] = &[
     ("add.w r2, r0, r1", |x, y| x + y, Told::Ends),
     ("add.w r2, r0, r1, lsl #2", |x, y| x + y * 4, Told::Ends),
     ("sub.w r2, r0, r1", |x, y| x - y, Told::Ends),
+    ("add.w r2, r0, r1, lsr #2", |x, y| x + y, NOTHING),
+    ("sub.w r2, r0, r1, lsl #1", |x, y| x - y * 2, NOTHING),
+    (
+        "clz r2, r0",
+        |x, _| i64::from((x as u32).leading_zeros()),
+        Told::Positive,
+    ),
+    ("ubfx r2, r0, #0, #32", |x, _| x, NOTHING),
+    ("sbfx r2, r0, #0, #32", |x, _| x, NOTHING),
     ("lsls r2, r0, #3", |x, _| x * 8, Told::Ends),
     ("asrs r2, r0, #3", |x, _| x >> 3, Told::Ends),
     ("asrs r2, r0, #32", |x, _| x >> 32, Told::Ends),
@@ -81,7 +94,7 @@ const MADE: &[Made] = &[
         |x, _| x & -0x200_0000,
         Told::Mask(ANY[0], ANY[1]),
     ),
-    ("eors r2, r1", |_, _| 0, Told::Always(ANY[0], ANY[1])),
+    ("eors r2, r1", |_, _| 0, NOTHING),
 ];
 
 /// From one to the other, or any word where one is no word.
@@ -106,6 +119,8 @@ pub fn made<C: Claims>() {
                 Told::Ends => wrapped(all),
                 Told::Reach(low, high) if covers([low, high], given) => given,
                 Told::Mask(..) if a[0] == a[1] => all,
+                Told::Positive if a[0] > 0 => all,
+                Told::Positive => ANY,
                 Told::Reach(low, high) | Told::Mask(low, high) | Told::Always(low, high) => {
                     [low, high]
                 }
@@ -188,9 +203,15 @@ pub fn flags_of_texts<C: Claims>() {
     let tested = |word, cond| can(word, &["tst.w r0, #0x80"], cond);
     assert!(tested(0x80, Cond::NE) && !tested(0x80, Cond::EQ));
     assert!(tested(0x7f, Cond::EQ) && !tested(0x7f, Cond::NE));
+    // No word is negative and zero.
+    let mut claims: C = run(&[(0, [-9, 9])], &["tst.w r0, #0xfe000000"]);
+    assert!(claims.assume(Cond::MI) && !claims.assume(Cond::EQ));
     // What sets flags that nobody knows, and what keeps them.
     assert!(can(1, &["cmp r0, #1", "adds r2, r1, r3"], Cond::NE));
     assert!(!can(1, &["cmp r0, #1", "add.w r2, r1, r3"], Cond::NE));
+    // PC is another word at each instruction.
+    let mut claims: C = run(&[], &["mov r2, pc", "mov r3, pc", "cmp r2, r3"]);
+    assert!(claims.assume(Cond::NE));
     // A copy is the word itself: what is said of one is said of the other.
     let mut claims: C = run(&[(0, [-10, 10])], &["mov r3, r0", "cmp r3, #0"]);
     assert!(claims.assume(Cond::GT));
