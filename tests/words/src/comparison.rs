@@ -77,6 +77,18 @@ pub fn conditions<C: Claims>() {
     let same: C = run(&[(0, [-9, 9])], &["cmp r0, r0"]);
     assert_eq!(where_holds(&same, Cond::NE, [0]), None);
     assert_eq!(where_holds(&same, Cond::EQ, [0]), Some([[-9, 9]]));
+    for (known, zero, left) in [
+        ([-3, 0], false, Some([-3, -1])),
+        ([0, 3], false, Some([1, 3])),
+        ([-3, 3], false, Some([-3, 3])),
+        ([0, 0], false, None),
+        ([-3, 3], true, Some([0, 0])),
+        ([1, 3], true, None),
+    ] {
+        let mut claims = C::of(&[(0, known)]);
+        let found = claims.assume_zero(0, zero).then(|| claims.ends(0));
+        assert_eq!(found, left, "{known:?}");
+    }
     // What is said once is narrowed once more by what is said later.
     let mut twice: C = run(&[(0, [-9, 9]), (1, [0, 5])], &["cmp r0, r1"]);
     assert!(twice.assume(Cond::GE) && twice.assume_zero(1, false) && twice.assume(Cond::GE));

@@ -212,7 +212,18 @@ pub fn flags_of_texts<C: Claims>() {
     // PC is another word at each instruction.
     let mut claims: C = run(&[], &["mov r2, pc", "mov r3, pc", "cmp r2, r3"]);
     assert!(claims.assume(Cond::NE));
-    // A copy is the word itself: what is said of one is said of the other.
+    // A copy is the word itself: what is said of one is said of the other. So is a word that is
+    // extended or limited to more than it may be.
+    for text in [
+        "mov r3, r0",
+        "ssat r3, #5, r0",
+        "usat r3, #5, r0",
+        "sxtb r3, r0",
+        "uxth r3, r0",
+    ] {
+        let claims: C = run(&[(0, [0, 9])], &[text, "cmp r3, r0"]);
+        assert_eq!(where_holds(&claims, Cond::NE, [0]), None, "{text}");
+    }
     let mut claims: C = run(&[(0, [-10, 10])], &["mov r3, r0", "cmp r3, #0"]);
     assert!(claims.assume(Cond::GT));
     assert_eq!(claims.ends(0), [1, 10]);
