@@ -29,6 +29,10 @@ impl Claims for Facts {
         Self::assume_zero(self, register, zero)
     }
 
+    fn flags(&self) -> u16 {
+        self.flags
+    }
+
     fn ends(&self, register: u8) -> Ends {
         Self::of(self, register)
     }
@@ -156,5 +160,32 @@ fn what_is_trimmed_claims_less() {
     assert_eq!(
         [facts.of(0), facts.of(2), facts.of(3)],
         [[2, 9], [0, 9], ALL]
+    );
+}
+
+/// What any word may be is kept where something is known of it by another place.
+#[test]
+fn what_is_said_of_any_word_is_kept() {
+    let any = [i32::MIN, i32::MAX];
+    let trimmed = |texts: &[&str], relevant: u32| {
+        let mut facts = run(any, texts);
+        facts.trim(relevant);
+        facts
+    };
+    let flags = 1 << 16;
+    let mut compared = trimmed(&["cmp r0, #3"], flags | 1);
+    assert!(Claims::assume(&mut compared, Cond::GT));
+    assert_eq!(compared.of(0), [4, ALL[1]]);
+    let same = trimmed(&["mov r1, r0"], 0b11);
+    assert!(same.names[0] != NONE && same.names[0] == same.names[1]);
+    // The sign of a result is of use as long as the result is.
+    let negative = |relevant| {
+        let mut facts = trimmed(&["adds r2, r0, #0"], relevant);
+        assert!(Claims::assume(&mut facts, Cond::MI));
+        facts.of(2)
+    };
+    assert_eq!(
+        [negative(flags | 1 << 2), negative(flags | 1)],
+        [[ALL[0], -1], ALL]
     );
 }

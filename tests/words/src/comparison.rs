@@ -17,6 +17,20 @@ fn flags(x: i32, y: i32) -> [bool; 4] {
     ]
 }
 
+/// The number of a combination of flags, as one bit.
+fn bit(flags: [bool; 4]) -> u16 {
+    1 << flags
+        .into_iter()
+        .fold(0, |number, flag| number << 1 | u16::from(flag))
+}
+
+/// Whether all words of one are less than those of the other, and each has words of one sign: then
+/// the flags of their differences are told exactly.
+fn are_apart([a, b]: [[i32; 2]; 2]) -> bool {
+    let one_sign = |[low, high]: [i32; 2]| (low < 0) == (high < 0);
+    (a[1] < b[0] || b[1] < a[0]) && one_sign(a) && one_sign(b)
+}
+
 /// Whether a comparison is told exactly: by signed order always, by unsigned order where what is
 /// not the lower is not negative. Of the sign of the difference and its overflow only whether they
 /// can be is told.
@@ -35,6 +49,13 @@ pub fn comparisons<C: Claims>() {
     for [a, b] in pairs_of_intervals() {
         let compared: C = run(&[(0, a), (1, b)], &["cmp r0, r1"]);
         let pairs = pairs([a, b]);
+        let possible = pairs.iter().fold(0, |set, &(x, y)| set | bit(flags(x, y)));
+        let told = compared.flags();
+        assert_eq!(possible & !told, 0, "{a:?} {b:?}: {told:b}");
+        assert!(
+            told == possible || !are_apart([a, b]),
+            "{a:?} {b:?}: {told:b}"
+        );
         for cond in Cond::ALL {
             let holds = |&&(x, y): &&(i32, i32)| {
                 let [n, z, c, v] = flags(x, y);
@@ -101,6 +122,19 @@ pub fn results<C: Claims>() {
         for (text, by) in [("adds r2, r0, #0", 0), ("subs r2, r0, #1", 1)] {
             let made: C = run(&[(0, a)], &[text]);
             let wraps = a[0] < i32::MIN + by;
+            let of_result = |set: u16, &x: &i32| {
+                let [n, z, ..] = flags(x, by);
+                set | bit([n, z, false, false]) * 15
+            };
+            let possible = words(a).iter().fold(0, of_result);
+            let told = if by == 0 { possible } else { !0 };
+            assert!(wraps || made.flags() & !possible == 0, "{text} {a:?}");
+            assert_eq!(made.flags() & told, made.flags(), "{text} {a:?}");
+            assert!(
+                by != 0 || made.flags() == possible,
+                "{text} {a:?}: {:b}",
+                made.flags()
+            );
             for cond in [Cond::MI, Cond::PL, Cond::EQ, Cond::NE] {
                 let holds = |&x: &i32| {
                     let [n, z, ..] = flags(x, by);

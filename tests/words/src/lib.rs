@@ -27,6 +27,8 @@ pub trait Claims: Clone {
     fn assume(&mut self, cond: Cond) -> bool;
     /// A register is zero, or is not; false where it cannot be so.
     fn assume_zero(&mut self, register: u8, zero: bool) -> bool;
+    /// Bit `n << 3 | z << 2 | c << 1 | v` for each combination of flags that may be.
+    fn flags(&self) -> u16;
     /// What a register lies between.
     fn ends(&self, register: u8) -> Ends;
 }

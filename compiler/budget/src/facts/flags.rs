@@ -10,7 +10,7 @@ pub type Combinations = u16;
 /// What is known of the flags.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FlagFacts {
-    possible: Combinations,
+    pub(super) possible: Combinations,
     /// They are those of the difference of two values; both [`NONE`] or neither... where one is,
     /// the other tells nothing.
     compared: [Name; 2],

@@ -28,6 +28,10 @@ impl Claims for Facts {
         Self::assume_zero(self, register, zero)
     }
 
+    fn flags(&self) -> u16 {
+        self.flags.possible
+    }
+
     fn ends(&self, register: u8) -> Ends {
         let found = self.interval(register);
         [found.low, found.high]
