@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use whippen_isa::{Arch, Cond, Inst, parse};
 use whippen_words::{Claims, Ends};
 
-use super::{Facts, Interval};
+use super::flags::FlagFacts;
+use super::{Facts, Interval, NONE};
 use crate::Code;
+use crate::relevant::FLAGS;
 
 impl Claims for Facts {
     fn of(known: &[(u8, [i32; 2])]) -> Self {
@@ -122,4 +124,82 @@ fn it_is_known_where_all_paths_know_it() {
     };
     assert_eq!(kept(0b11), -1);
     assert_ne!(kept(0b01), -1);
+}
+
+/// After texts, from R0 between two.
+fn after(r0: [i32; 2], texts: &[&str]) -> Facts {
+    texts
+        .iter()
+        .fold(<Facts as Claims>::of(&[(0, r0)]), |mut facts, text| {
+            Claims::execute(
+                &mut facts,
+                &parse(text, Arch::V8M, None).expect("an instruction"),
+            );
+            facts
+        })
+}
+
+/// Where a condition leaves R0.
+fn r0_where(facts: &Facts, cond: Cond) -> Option<Ends> {
+    let mut facts = facts.clone();
+    facts.assume(cond).then(|| Claims::ends(&facts, 0))
+}
+
+/// A comparison is kept as long as one side of it is, a result as long as it is itself.
+#[test]
+fn what_flags_speak_of_is_kept_where_it_is_of_use() {
+    let kept = |texts: &[&str], relevant| {
+        let mut facts = after([i32::MIN, i32::MAX], texts);
+        facts.keep(relevant);
+        facts
+    };
+    let high = i64::from(i32::MAX);
+    let compared = kept(&["cmp r0, #3"], FLAGS | 1);
+    assert_eq!(r0_where(&compared, Cond::GT), Some([4, high]));
+    assert_eq!(compared.values.len(), 2);
+    let of_others = kept(&["cmp r0, #3", "movs r7, #1"], FLAGS | 1 << 6);
+    assert!(of_others.values.is_empty() && of_others.flags.names().next().is_none());
+    let without_flags = kept(&["cmp r0, #3"], 1);
+    assert_eq!(without_flags, Facts::nothing());
+    let mut result = kept(&["adds r2, r0, #0"], FLAGS | 1 << 2);
+    assert!(result.assume(Cond::MI) && result.interval(2).high == -1);
+    let forgotten = kept(&["adds r2, r0, #0"], FLAGS | 1);
+    assert!(forgotten.flags.names().next().is_none());
+    let same = kept(&["mov r1, r0"], 0b11);
+    assert!(same.registers[0] != NONE && same.registers[0] == same.registers[1]);
+}
+
+/// Where paths meet a comparison is known that both know, and flags may be what they are on either.
+#[test]
+fn comparisons_are_joined() {
+    let compared = after([-9, 9], &["cmp r0, #3"]);
+    let [less, greater] = [Cond::LT, Cond::GT].map(|cond| {
+        let mut facts = compared.clone();
+        assert!(facts.assume(cond));
+        facts
+    });
+    let joined = less.join(&greater);
+    assert_eq!(
+        joined.flags.possible,
+        less.flags.possible | greater.flags.possible
+    );
+    assert_eq!(
+        [r0_where(&joined, Cond::EQ), r0_where(&joined, Cond::GT)],
+        [None, Some([4, 9])]
+    );
+    assert!(joined.covers(&less) && joined.covers(&greater) && compared.covers(&joined));
+    assert!(!less.covers(&joined) && !less.covers(&greater) && !joined.covers(&compared));
+    let same = less.join(&less);
+    assert!(same.covers(&less) && less.covers(&same));
+    let other = compared.join(&after([-9, 9], &["cmp r0, r1"]));
+    assert!(other.covers(&compared));
+    let unknown = compared.join(&after([-9, 9], &[]));
+    assert_eq!(unknown.flags, FlagFacts::UNKNOWN);
+    assert_eq!(r0_where(&unknown, Cond::GT), Some([-9, 9]));
+    // Words that are the same on one path alone are two.
+    let copied = after([-9, 9], &["mov r1, r0"]);
+    let apart = <Facts as Claims>::of(&[(0, [-9, 9]), (1, [-9, 9])]);
+    let joined = copied.join(&apart);
+    assert!(joined.registers[0] != joined.registers[1] && joined.covers(&copied));
+    assert!(apart.covers(&copied) && !copied.covers(&apart));
 }
