@@ -3,7 +3,7 @@
 use whippen_isa::{Arch, Cond, Inst, parse};
 use whippen_words::{Claims, Ends};
 
-use super::{ALL, Facts, NONE};
+use super::{ALL, Facts, LEFT, NONE};
 use crate::effect;
 use crate::elf::Elf;
 
@@ -176,6 +176,11 @@ fn what_is_said_of_any_word_is_kept() {
     let mut compared = trimmed(&["cmp r0, #3"], flags | 1);
     assert!(Claims::assume(&mut compared, Cond::GT));
     assert_eq!(compared.of(0), [4, ALL[1]]);
+    // Of a comparison with a word of which nothing is claimed nothing is told.
+    let mut one_side = run(any, &["cmp r1, r0"]);
+    one_side.names[LEFT] = NONE;
+    assert!(Claims::assume(&mut one_side, Cond::GT));
+    assert_eq!(one_side.of(0), ALL);
     let same = trimmed(&["mov r1, r0"], 0b11);
     assert!(same.names[0] != NONE && same.names[0] == same.names[1]);
     // The sign of a result is of use as long as the result is.

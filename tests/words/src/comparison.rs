@@ -124,7 +124,7 @@ pub fn results<C: Claims>() {
             let wraps = a[0] < i32::MIN + by;
             let of_result = |set: u16, &x: &i32| {
                 let [n, z, ..] = flags(x, by);
-                set | bit([n, z, false, false]) * 15
+                set | (bit([n, z, false, false]) * 15)
             };
             let possible = words(a).iter().fold(0, of_result);
             let told = if by == 0 { possible } else { !0 };
