@@ -24,11 +24,11 @@ fn bit(flags: [bool; 4]) -> u16 {
         .fold(0, |number, flag| number << 1 | u16::from(flag))
 }
 
-/// Whether all words of one are less than those of the other, and each has words of one sign: then
+/// Whether no word of one is above one of the other, and each has words of one sign: then
 /// the flags of their differences are told exactly.
 fn are_apart([a, b]: [[i32; 2]; 2]) -> bool {
     let one_sign = |[low, high]: [i32; 2]| (low < 0) == (high < 0);
-    (a[1] < b[0] || b[1] < a[0]) && one_sign(a) && one_sign(b)
+    (a[1] <= b[0] || b[1] <= a[0]) && one_sign(a) && one_sign(b)
 }
 
 /// Whether a comparison is told exactly: by signed order always, by unsigned order where what is
