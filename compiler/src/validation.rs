@@ -12,8 +12,8 @@ use whippen_arm::thumb::{SharedValues, StateLayout, shared_values};
 use whippen_firmware::{FirmwareImage, Instrument, Role};
 use whippen_keyboard::{InstrumentId, ProgramId};
 use whippen_modes::{ModeId, Modes};
-use whippen_validate::{Code, LinePlace, Places, Question, Reason, Report, Shared, Symbols};
-use whippen_validate::{Verdict, validate};
+use whippen_validate::{Code, LinePlace, Places, Question, Reason, Report, RingPlace, Shared};
+use whippen_validate::{Symbols, Verdict, validate};
 
 /// An address at which there is nothing.
 const NOWHERE: u32 = u32::MAX - 1;
@@ -336,6 +336,7 @@ fn places(layout: &StateLayout, modes: &Modes) -> Places {
         len: line.len,
         row: line.row,
         ring: line.ring,
+        at: line.at,
     });
     let cells = (0..kernel.cells.len()).filter_map(|cell| in_record(layout.cell(0, cell)));
     let keyed = (0..kernel.keyed.len()).filter_map(|keyed| in_record(layout.keyed(0, keyed)));
@@ -352,6 +353,18 @@ fn places(layout: &StateLayout, modes: &Modes) -> Places {
         row: layout.row(),
         next_event: layout.next_event(),
         event_bytes: layout.events().map_or(0, |ring| ring.event),
+        events: layout.events().map(|ring| RingPlace {
+            head: ring.head,
+            tail: ring.tail,
+            lost: ring.lost,
+            start: ring.start,
+            bytes: ring.bytes,
+            spare: ring.spare,
+            tick_bytes: ring.tick_bytes_max,
+        }),
+        apart: layout.apart(),
+        words: layout.words(),
+        first_line: layout.first_line(),
         stride: layout.stride(),
         drive: layout.output(0, 0) - layout.input(0, 0),
         history_bytes: layout.history_bytes(),

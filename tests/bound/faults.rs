@@ -8,7 +8,6 @@ mod put;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
-use std::ops::Range;
 use std::time::Instant;
 
 use whippen_compiler::modes::ModeId;
@@ -21,16 +20,19 @@ use whippen_runtime::image::ImageInstrument;
 use crate::validated::{Built, built_of};
 
 use none::{ALL, Live, difference, live_behind};
-use put::{Fault, KINDS, Kind, faulty, instructions, name};
+use put::{Fault, KINDS, Kind, Whose, faulty, instructions, name};
 pub use put::{NOP, Placed, code_of_key};
 
-/// Where faults are put: the code of which keys or part, or the entry of their tick.
+/// Where faults are put: the code of which keys or part, or the entry or the end of their tick.
 #[derive(Clone, Copy)]
 struct Target {
     board: &'static str,
     file: &'static str,
     code: &'static str,
-    is_entry: bool,
+    /// The entry or the end of the tick; the modes where there is none.
+    whose: Option<Whose>,
+    /// Whether it takes little time.
+    is_quick: bool,
     /// How many of a thousand.
     share: usize,
 }
@@ -40,20 +42,22 @@ const fn modes(file: &'static str, code: &'static str, share: usize) -> Target {
         board: "rp2350",
         file,
         code,
-        is_entry: false,
+        whose: None,
+        is_quick: true,
         share,
     }
 }
 
 /// Besides plain instruments one that reads a delay line at an index, exact quotients in the entry
-/// and in a part, and quotients for searches.
-const TARGETS: [Target; 9] = [
+/// and in a part, and quotients for searches; the ring of events at the entry and the end, and lines
+/// at the end.
+const TARGETS: [Target; 12] = [
     modes("hammond.whip", "core0", 60),
     modes("celesta.whip", "core0", 220),
     modes("harpsichord.whip", "core0", 230),
     modes("clavichord-heard.whip", "core0", 100),
     Target {
-        is_entry: true,
+        whose: Some(Whose::Entry),
         ..modes("snap-dome.whip", "core0", 30)
     },
     Target {
@@ -64,12 +68,29 @@ const TARGETS: [Target; 9] = [
         board: "stm32f4",
         ..modes("harpsichord.whip", "core0", 100)
     },
-    modes("keytar.whip", "core1_part0", 30),
-    modes("rubbed-mouse.whip", "core0_part1", 10),
+    Target {
+        is_quick: false,
+        ..modes("keytar.whip", "core1_part0", 30)
+    },
+    Target {
+        is_quick: false,
+        ..modes("rubbed-mouse.whip", "core0_part1", 10)
+    },
+    Target {
+        board: "rp2040",
+        whose: Some(Whose::Entry),
+        ..modes("harpsichord.whip", "core0", 30)
+    },
+    Target {
+        whose: Some(Whose::End),
+        ..modes("clavichord-heard.whip", "core0", 40)
+    },
+    Target {
+        board: "rp2040",
+        whose: Some(Whose::End),
+        ..modes("clavichord.whip", "core0", 40)
+    },
 ];
-
-/// How many of the targets take little time.
-const QUICK: usize = 7;
 
 /// Faults that are judged one after the other, with the same numbers.
 const PIECE: usize = 16;
@@ -89,29 +110,24 @@ struct Count {
     commuted: usize,
     /// None: only what is not read is other.
     dead: usize,
-    /// In the part of the tick's entry that opens the ring of events, which is not looked at.
-    events: usize,
     /// Validated all the same.
     survived: usize,
 }
 
 impl Count {
     /// All, then each.
-    fn numbers(self) -> [usize; 8] {
+    fn numbers(self) -> [usize; 7] {
         let Count {
             refuted,
             unproven,
             aside,
             commuted,
             dead,
-            events,
             survived,
         } = self;
         let found = refuted + unproven;
-        let all = found + aside + commuted + dead + events + survived;
-        [
-            all, refuted, unproven, aside, commuted, dead, events, survived,
-        ]
+        let all = found + aside + commuted + dead + survived;
+        [all, refuted, unproven, aside, commuted, dead, survived]
     }
 
     fn line(self) -> String {
@@ -121,8 +137,8 @@ impl Count {
 }
 
 /// What the columns of a count are.
-const COLUMNS: [&str; 8] = [
-    "all", "refuted", "unproven", "aside", "commuted", "dead", "events", "survived",
+const COLUMNS: [&str; 7] = [
+    "all", "refuted", "unproven", "aside", "commuted", "dead", "survived",
 ];
 
 /// Code of keys, in which faults are put.
@@ -137,15 +153,11 @@ struct Site<'a> {
     /// Where the tick's entry begins, and what is behind the last key.
     entry: u32,
     end: u32,
-    /// In the state: each word that the entry computes for all keys, and the next event's address.
-    shared: Vec<u32>,
-    next_event: u32,
 }
 
 impl<'a> Site<'a> {
     fn new(target: Target, built: &Built, asked: &'a Asked<'a>, question: &Question<'a>) -> Self {
         let symbols = built.whole.image.symbols.iter();
-        let lives = &question.places.lives;
         Site {
             target,
             arch: built.whole.image.arch,
@@ -155,27 +167,26 @@ impl<'a> Site<'a> {
             proven: Proven::new(question).expect("what all modes begin with is validated"),
             entry: question.symbols.tick,
             end: question.symbols.end,
-            shared: lives[question.modes.kernel.lives.len()..].to_vec(),
-            next_event: question.places.next_event,
         }
     }
 
     /// Faults of all kinds alike, in all its modes alike, none twice.
     fn faults(&self, count: usize, seed: u64) -> Vec<Fault> {
-        let whose: Vec<Option<ModeId>> = match self.target.is_entry {
-            true => vec![None],
-            false => self.proven.modes().into_iter().map(Some).collect(),
-        };
+        let modes = self.proven.modes().into_iter().map(Whose::Mode);
+        let whose = self
+            .target
+            .whose
+            .map_or_else(|| modes.collect(), |one| vec![one]);
         let share = |at: usize| count * (at + 1) / whose.len() - count * at / whose.len();
-        let faults = whose.iter().enumerate().map(|(at, mode)| {
+        let faults = whose.iter().enumerate().map(|(at, whose)| {
             let mut rng = Rng::new(seed.wrapping_mul(1 << 20).wrapping_add(at as u64));
-            self.faults_of(*mode, share(at), &mut rng)
+            self.faults_of(*whose, share(at), &mut rng)
         });
         faults.flatten().collect()
     }
 
-    fn faults_of(&self, mode: Option<ModeId>, count: usize, rng: &mut Rng) -> Vec<Fault> {
-        let (from, placed) = self.code_from(&self.code, mode);
+    fn faults_of(&self, whose: Whose, count: usize, rng: &mut Rng) -> Vec<Fault> {
+        let (from, placed) = self.code_from(&self.code, whose);
         let (mut known, mut all) = (BTreeSet::new(), Vec::new());
         for _ in 0..TRIES * count {
             if all.len() == count {
@@ -192,7 +203,7 @@ impl<'a> Site<'a> {
             if known.insert((placed.0, words.clone())) {
                 all.push(Fault {
                     kind,
-                    mode,
+                    whose,
                     from,
                     placed,
                     words,
@@ -202,9 +213,13 @@ impl<'a> Site<'a> {
         all
     }
 
-    /// The instructions of a mode, or of the tick's entry, and where they begin.
-    fn code_from(&self, code: &Code, mode: Option<ModeId>) -> (u32, Vec<Placed>) {
-        let from = mode.map_or(self.entry, |mode| self.asked.code_of_mode(mode));
+    /// The instructions of a mode, or of the tick's entry or end, and where they begin.
+    fn code_from(&self, code: &Code, whose: Whose) -> (u32, Vec<Placed>) {
+        let from = match whose {
+            Whose::Mode(mode) => self.asked.code_of_mode(mode),
+            Whose::Entry => self.entry,
+            Whose::End => self.end,
+        };
         (from, code_of_key(code, self.arch, from, self.behind(from)))
     }
 
@@ -214,11 +229,18 @@ impl<'a> Site<'a> {
         behind.copied().unwrap_or(from)
     }
 
-    /// What is live where a key's code goes on to the next key's, or to the end of the tick.
+    /// What is live where a key's code goes on to the next key's, or to the end of the tick; where
+    /// that returns, it is the stack.
     fn live_at_exit(&self) -> Live {
+        if self.target.whose == Some(Whose::End) {
+            return Live {
+                registers: 1 << reg::SP,
+                ..Live::default()
+            };
+        }
         let modes = self.asked.modes().modes.ids();
-        let all = modes.map(|mode| self.code_from(&self.code, Some(mode)).1);
-        let end = instructions(&self.code, self.arch, self.end, self.behind(self.end));
+        let all = modes.map(|mode| self.code_from(&self.code, Whose::Mode(mode)).1);
+        let end = self.code_from(&self.code, Whose::End).1;
         let all: Vec<Vec<Placed>> = all.chain([end]).collect();
         let roles = [6, 7, 10, 11, reg::SP];
         let mut exit = Live {
@@ -247,27 +269,9 @@ impl<'a> Site<'a> {
         [self.code.clone(), fault.put(&self.code)]
             .iter()
             .all(|code| {
-                let behind = live_behind(&self.code_from(code, fault.mode).1, exit);
+                let behind = live_behind(&self.code_from(code, fault.whose).1, exit);
                 behind.get(&at).is_some_and(|live| !live.meets(differs))
             })
-    }
-
-    /// The part of the tick's entry that opens the ring of events: behind the last word that it
-    /// computes for all keys, up to where the next event is stored.
-    fn events(&self) -> Range<u32> {
-        let entry = self.code_from(&self.code, None).1;
-        let stores = entry.iter().filter(|(.., inst)| {
-            inst.op() == Op::STR_immediate && inst.n == 6 && !inst.wback && inst.index
-        });
-        let (mut from, mut to) = (self.entry, self.entry);
-        for (at, _, inst) in stores {
-            if self.shared.contains(&inst.imm) {
-                from = at + inst.size();
-            } else if inst.imm == self.next_event {
-                to = at + inst.size();
-            }
-        }
-        from..to
     }
 
     /// The verdict on each.
@@ -275,12 +279,17 @@ impl<'a> Site<'a> {
         let mut pieces: Vec<Vec<Fault>> = Vec::new();
         for fault in faults {
             match pieces.last_mut() {
-                Some(last) if last.len() < PIECE && last[0].mode == fault.mode => last.push(fault),
+                Some(last) if last.len() < PIECE && last[0].whose == fault.whose => {
+                    last.push(fault)
+                }
                 _ => pieces.push(vec![fault]),
             }
         }
         let judged = parallel::map(pieces, |piece| {
-            let mut ticks = self.proven.ticks(piece[0].mode.unwrap_or(ModeId(0)));
+            let mut ticks = self.proven.ticks(match piece[0].whose {
+                Whose::Mode(mode) => mode,
+                Whose::Entry | Whose::End => ModeId(0),
+            });
             let judged = piece.into_iter().map(|fault| {
                 let at = fault.placed.0;
                 let changed = at..at + 2 * fault.words.len() as u32;
@@ -305,7 +314,7 @@ fn told(target: Target, count: usize, seed: u64) -> String {
     let asked: &Asked = asked.expect("the image has that code");
     let question = asked.question(&built.whole, &code);
     let site = Site::new(target, &built, asked, &question);
-    let (exit, events) = (site.live_at_exit(), site.events());
+    let exit = site.live_at_exit();
     let mut counts: BTreeMap<Kind, Count> = BTreeMap::new();
     let mut survivors = String::new();
     for (fault, verdict) in site.judge(site.faults(count, seed)) {
@@ -316,7 +325,6 @@ fn told(target: Target, count: usize, seed: u64) -> String {
             Verdict::Validated { cases: 0 } => own.aside += 1,
             Verdict::Validated { .. } if fault.is_commuted(site.arch) => own.commuted += 1,
             Verdict::Validated { .. } if site.is_dead(&fault, exit) => own.dead += 1,
-            Verdict::Validated { .. } if events.contains(&fault.placed.0) => own.events += 1,
             Verdict::Validated { .. } => {
                 own.survived += 1;
                 let _ = writeln!(survivors, "  {}", fault.line(site.arch));
@@ -339,14 +347,12 @@ fn faults_are_not_validated() {
     let wanted = whippen_need::asked("WHIPPEN_FAULTS");
     let count: usize = wanted.unwrap_or(240);
     let seed = whippen_need::count("WHIPPEN_SEED", 7);
-    let targets = match wanted {
-        Some(_) => &TARGETS[..],
-        None => &TARGETS[..QUICK],
-    };
     let mut text = String::new();
     let only: Option<usize> = whippen_need::asked("WHIPPEN_TARGET");
-    let is_asked = |at: &usize| only.is_none_or(|only| only == *at);
-    for (at, target) in targets.iter().enumerate().filter(|(at, _)| is_asked(at)) {
+    let is_asked = |(at, target): &(usize, &Target)| {
+        only.is_none_or(|only| only == *at) && (wanted.is_some() || target.is_quick)
+    };
+    for (at, target) in TARGETS.iter().enumerate().filter(is_asked) {
         let begun = Instant::now();
         let seed = Rng::new(seed).next().wrapping_add(at as u64);
         let told = told(*target, count * target.share / 1000, seed);
@@ -420,7 +426,7 @@ fn a_register_of_all_modes_is_not_changed() {
     };
     // A constant that is there already.
     let idle = site.proven.modes().into_iter().find_map(|mode| {
-        let all = site.code_from(&site.code, Some(mode)).1;
+        let all = site.code_from(&site.code, Whose::Mode(mode)).1;
         let idle = all.iter().find(|(at, _, inst)| {
             let is_move = inst.op() == Op::MOV_immediate && inst.size() == 2;
             is_move && verdict(mode, *at, NOP).is_validated()

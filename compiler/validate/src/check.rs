@@ -149,20 +149,19 @@ pub(crate) fn on_one_side<T>(
     told
 }
 
-/// One case of a mode. What a run learns makes the terms of the next one simpler.
-pub(crate) fn check_case(
-    question: &Question,
+/// One case, some times where it is not shown: what a run learns makes the terms of the next one
+/// simpler.
+pub(crate) fn again_with_facts<T>(
     terms: &mut Terms,
-    mode: ModeId,
-    start: &Start,
-) -> Told<Path> {
+    mut run: impl FnMut(&mut Terms) -> Told<T>,
+) -> Told<T> {
     for _ in 1..RUNS_MAX {
-        match run_case(question, terms, mode, start) {
+        match run(terms) {
             Err(Stop::Unproven(_)) => terms.known.refresh(),
             other => return other,
         }
     }
-    run_case(question, terms, mode, start)
+    run(terms)
 }
 
 pub(crate) fn run_case(
@@ -207,7 +206,8 @@ pub(crate) fn run_code(
         .store(terms, record, 4, code_own, Truth::YES)?;
     let target = machine.run(terms)?;
     compare_end(question, terms, &machine, target)?;
-    compare_memory(question, terms, &wanted.memory, &machine.memory, start)?;
+    let found = left_to_others(terms, &machine.memory, start)?;
+    compare_memory(question, terms, &wanted.memory, &found)?;
     let changed = (0..16).filter(|r| machine.registers[*r] != start.registers[*r]);
     let roles = ROLES
         .iter()
@@ -260,18 +260,10 @@ fn compare_end(question: &Question, terms: &mut Terms, machine: &Machine, to: Te
     Ok(())
 }
 
-fn compare_memory(
-    question: &Question,
-    terms: &mut Terms,
-    wanted: &Memory,
-    found: &Memory,
-    start: &Start,
-) -> Told<()> {
+/// What the code of a mode leaves in memory, but for its own part of the stack.
+fn left_to_others(terms: &mut Terms, found: &Memory, start: &Start) -> Told<Vec<Held>> {
     let stack = terms.of(Kind::Base(Base::Stack));
-    let mut places: BTreeMap<(Address, u8), [Option<Term>; 2]> = BTreeMap::new();
-    for held in wanted.changed(terms)? {
-        places.entry((held.address, held.bytes)).or_default()[0] = Some(held.value);
-    }
+    let mut left = Vec::new();
     for held in found.changed(terms)? {
         if held.address.moving == stack {
             let own = 0..start.stack_bytes - i128::from(held.bytes) + 1;
@@ -279,8 +271,25 @@ fn compare_memory(
                 return unproven_as(Reason::Places, "a store to the stack of others");
             }
         } else if !start.memory.held.contains(&held) {
-            places.entry((held.address, held.bytes)).or_default()[1] = Some(held.value);
+            left.push(held);
         }
+    }
+    Ok(left)
+}
+
+/// Whether all that code has stored is what is wanted.
+pub(crate) fn compare_memory(
+    question: &Question,
+    terms: &mut Terms,
+    wanted: &Memory,
+    found: &[Held],
+) -> Told<()> {
+    let mut places: BTreeMap<(Address, u8), [Option<Term>; 2]> = BTreeMap::new();
+    for held in wanted.changed(terms)? {
+        places.entry((held.address, held.bytes)).or_default()[0] = Some(held.value);
+    }
+    for held in found {
+        places.entry((held.address, held.bytes)).or_default()[1] = Some(held.value);
     }
     for ((address, bytes), values) in places {
         let at = terms.of_address(address)?;

@@ -1,10 +1,10 @@
-//! The end of a tick: it takes the stack back and returns to where the tick was called from.
-//!
-//! Not here: what it does to rings, pointers and the tick's number.
+//! The end of a tick: rings go on, with pointers and the tick's number; it takes the stack back and
+//! returns to where the tick was called from.
 
 use whippen_isa::reg::SP;
 
-use crate::check::{all_cases, in_order};
+use crate::around::StateWords;
+use crate::check::{again_with_facts, all_cases, compare_memory, in_order};
 use crate::machine::Machine;
 use crate::places::Question;
 use crate::stop::{Doubt, Reason, Told, unproven};
@@ -24,7 +24,7 @@ pub(crate) fn check_end(
     taken: i128,
 ) -> Result<Vec<u32>, Doubt> {
     let all = all_cases(terms, vec![Vec::new()], CASES_MAX, |terms| {
-        run_end(question, terms, taken)
+        again_with_facts(terms, |terms| run_end(question, terms, taken))
     });
     let all = all.map_err(|doubt| Doubt {
         why: format!("the end of the tick: {}", doubt.why),
@@ -37,6 +37,7 @@ pub(crate) fn check_end(
 }
 
 fn run_end(question: &Question, terms: &mut Terms, taken: i128) -> Told<Vec<u32>> {
+    let own = StateWords::at_end(question, terms)?;
     let [state, stack] = [Base::State, Base::Stack].map(|base| terms.of(Kind::Base(base)));
     let mut machine = Machine::new(question, terms, question.symbols.end);
     machine.registers[6] = state;
@@ -49,5 +50,7 @@ fn run_end(question: &Question, terms: &mut Terms, taken: i128) -> Told<Vec<u32>
     if machine.registers[usize::from(SP)] != terms.plus(stack, taken)? {
         return unproven("it does not leave the stack as it was");
     }
+    let found = machine.memory.changed(terms)?;
+    compare_memory(question, terms, &own, &found)?;
     Ok(machine.looked_at)
 }

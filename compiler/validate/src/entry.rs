@@ -5,11 +5,14 @@ use std::collections::BTreeSet;
 use whippen_isa::reg::{LR, SP};
 
 use crate::Verdict;
-use crate::check::{ROLES, Start, all_cases, differ, in_order, on_one_side};
+use crate::around::{StateWords, state_word};
+use crate::check::{
+    ROLES, Start, again_with_facts, all_cases, compare_memory, differ, in_order, on_one_side,
+};
 use crate::end::check_end;
 use crate::kernel::run_shared;
 use crate::machine::Machine;
-use crate::memory::Memory;
+use crate::memory::{Address, Memory};
 use crate::places::Question;
 use crate::stop::{Doubt, Reason, Stop, Told, unproven};
 use crate::term::{Base, Kind, Term, Terms};
@@ -35,9 +38,18 @@ pub(crate) fn terms(question: &Question) -> Terms {
     }
     let places = question.places;
     let pointers = places.lines.iter().flat_map(|line| line.pointers.values());
-    for at in pointers.chain([&places.next_event]) {
-        let address = state_word(&mut terms, *at);
+    let pointers = pointers.chain([&places.next_event]).copied();
+    let apart = places.apart.map(|at| [at, at + 4]);
+    let apart = apart.into_iter().flatten();
+    for at in pointers.chain(apart.clone()) {
+        let address = state_word(&mut terms, at);
         terms.pointers.extend(address);
+    }
+    for at in apart {
+        if let Ok(address) = state_word(&mut terms, at) {
+            let from = terms.of(Kind::Load(address, 4));
+            terms.learn_always(from, ADDRESSES);
+        }
     }
     addresses_of_slots(question, &mut terms);
     ranges_of_state(question, &mut terms);
@@ -82,11 +94,6 @@ fn ranges_of_state(question: &Question, terms: &mut Terms) {
     }
 }
 
-fn state_word(terms: &mut Terms, at: u32) -> Told<Term> {
-    let state = terms.of(Kind::Base(Base::State));
-    terms.plus(state, at.into())
-}
-
 /// What one case of the entry leaves.
 struct Left {
     registers: [Term; 16],
@@ -110,14 +117,14 @@ pub(crate) fn check_entry(
     terms.known.forget();
     let whole = run_shared(question, terms, question.shared).unwrap_or_default();
     let all = vec![Vec::new()];
-    let left = all_cases(terms, all, CASES_MAX, |terms| run_entry(question, terms))?;
+    let left = all_cases(terms, all, CASES_MAX, |terms| {
+        again_with_facts(terms, |terms| run_entry(question, terms))
+    })?;
     let left: Vec<Left> = left.into_iter().map(|(_, left)| left).collect();
     let mut verdicts = Vec::new();
     let mut replaced = Vec::new();
     let mut memory = Memory::default();
-    let first = question.modes.kernel.lives.len();
-    let places = question.places.lives.iter().skip(first);
-    for (number, at) in (0..question.shared.results.len()).zip(places) {
+    for (number, at) in (0..question.shared.results.len()).zip(shared_places(question)) {
         let address = state_word(terms, *at).map_err(in_words)?;
         let mut verdict = Verdict::Validated { cases: left.len() };
         let mut says = left.iter().map(|case| case.shared[number].0);
@@ -209,6 +216,7 @@ fn registers_of(terms: &mut Terms, left: &[Left], replaced: &[(Term, Term)]) -> 
 
 fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
     let places = question.places;
+    let own = StateWords::at_entry(question, terms)?;
     on_one_side(terms, |terms| run_shared(question, terms, question.shared))?;
     terms.known.refresh();
     let wanted = run_shared(question, terms, question.shared)?;
@@ -234,10 +242,16 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
             return unproven(format!("r{register} is not at the first key"));
         }
     }
-    keeps_constants(question, terms, &machine)?;
-    let first = question.modes.kernel.lives.len();
+    let of_shared: BTreeSet<u32> = shared_places(question).copied().collect();
+    let mut found = machine.memory.changed(terms)?;
+    found.retain(|held| {
+        let Address { moving, at } = held.address;
+        let is_shared = u32::try_from(at).is_ok_and(|at| of_shared.contains(&at));
+        !(moving == stack && at < 0 || moving == state && is_shared && held.bytes == 4)
+    });
+    compare_memory(question, terms, &own, &found)?;
     let mut shared = Vec::new();
-    for (wanted, at) in wanted.into_iter().zip(places.lives.iter().skip(first)) {
+    for (wanted, at) in wanted.into_iter().zip(shared_places(question)) {
         let address = state_word(terms, *at)?;
         let found = machine.memory.load(terms, address, 4)?;
         let difference = terms.sub(wanted, found)?;
@@ -262,23 +276,11 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
     })
 }
 
-/// The entry stores nothing where keys look for what others have left there.
-fn keeps_constants(question: &Question, terms: &mut Terms, machine: &Machine) -> Told<()> {
-    let places = question.places;
-    let state = terms.of(Kind::Base(Base::State));
-    let lives = &places.lives[..question.modes.kernel.lives.len()];
-    let lines = places.lines.iter();
-    let of_lines = lines.flat_map(|line| line.pointers.values().chain([&line.ring]));
-    let kept = lives.iter().chain([&places.tick, &places.row]);
-    let kept: Vec<i128> = kept.chain(of_lines).map(|at| (*at).into()).collect();
-    for held in machine.memory.changed(terms)? {
-        let at = held.address.at;
-        let is_kept = at >= places.literals.into() || kept.contains(&at);
-        if held.address.moving == state && is_kept {
-            return unproven(format!("the entry stores at {at} of the state"));
-        }
-    }
-    Ok(())
+/// In the state: each word that the entry computes for all keys.
+fn shared_places<'a>(question: &Question<'a>) -> impl Iterator<Item = &'a u32> {
+    let lives = question.modes.kernel.lives.len();
+    let all = question.places.lives.iter().skip(lives);
+    all.take(question.shared.results.len())
 }
 
 /// Whether the image has the Kernel's tables.

@@ -21,6 +21,7 @@
 //! | `kernel`, `effects`, `quotient`, `divide` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
 //! | `check`, `entry`, `end` | the comparison of modes, and of the tick's entry and end |
+//! | `around` | rings, pointers and the tick's number at both |
 //! | `again` | validated code with some of its bytes changed |
 //! | `sample` | what is not shown is tried with numbers: whether it is wrong |
 //!
@@ -32,6 +33,7 @@ mod access;
 mod again;
 mod alu;
 mod apply;
+mod around;
 mod bounds;
 mod check;
 mod divide;
@@ -54,14 +56,14 @@ mod tests;
 mod truth;
 
 pub use again::{Proven, Ticks};
-pub use places::{Code, LinePlace, Places, Question, Shared, Symbols};
+pub use places::{Code, LinePlace, Places, Question, RingPlace, Shared, Symbols};
 pub use stop::Reason;
 
 use std::fmt;
 
 use whippen_modes::ModeId;
 
-use check::{Assumed, Path, Start, Used, all_cases, check_case};
+use check::{Assumed, Path, Start, Used, again_with_facts, all_cases, run_case};
 use sample::{refute, refute_shared};
 use stop::Doubt;
 use term::Terms;
@@ -232,7 +234,8 @@ fn cases_of(
     mode: ModeId,
     cases: Vec<Assumed>,
 ) -> Result<Vec<(Assumed, Path)>, Verdict> {
-    let run = |terms: &mut Terms| check_case(question, terms, mode, start);
+    let run =
+        |terms: &mut Terms| again_with_facts(terms, |terms| run_case(question, terms, mode, start));
     all_cases(terms, cases, CASES_MAX, run).map_err(|doubt| {
         let refuted = refute(question, terms, mode);
         refuted.map_or_else(|| Verdict::of(doubt), |why| Verdict::Refuted { why })

@@ -269,6 +269,10 @@ impl<'a> Machine<'a> {
                 Ok(terms.truths.choose(low, high, Truth::YES))
             }
             Cond::HI => {
+                // Where C is set, the difference is a word: it is the result.
+                if let (true, Some(difference)) = (self.flags.is_of_exact, self.flags.unsigned) {
+                    return terms.at_least(difference, 1);
+                }
                 let carry = self.plain_condition(terms, Cond::CS)?;
                 let zero = self.plain_condition(terms, Cond::EQ)?;
                 let other = terms.truths.not(zero);

@@ -23,6 +23,27 @@ pub struct LinePlace {
     pub row: u32,
     /// In the state: the number of the slot that is written in this tick.
     pub ring: u32,
+    /// From where histories are counted: the first row.
+    pub at: u32,
+}
+
+/// The ring of events, in bytes from the beginning of the state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RingPlace {
+    /// Word: bytes ever written.
+    pub head: u32,
+    /// Word: bytes ever read; the reader's.
+    pub tail: u32,
+    /// Word: events that found the ring full.
+    pub lost: u32,
+    /// The ring itself; where it lies apart, from where that begins.
+    pub start: u32,
+    /// Its size, a power of two.
+    pub bytes: u32,
+    /// From its beginning to what events go to that have no room.
+    pub spare: u32,
+    /// Bytes of the most events of a tick.
+    pub tick_bytes: u32,
 }
 
 /// Where the state of a core's keys keeps what, in bytes. Offsets in a record count from its first
@@ -51,8 +72,17 @@ pub struct Places {
     pub row: u32,
     /// In the state: the address of the next event.
     pub next_event: u32,
-    /// Of an event.
+    /// Of an event, a power of two.
     pub event_bytes: u32,
+    /// Where events go, where keys have any.
+    pub events: Option<RingPlace>,
+    /// In the state: where histories lie, and behind it where the ring of events does; none where
+    /// both lie in the state.
+    pub apart: Option<u32>,
+    /// In the state: where the words of this tick lie, if that is the caller's.
+    pub words: Option<u32>,
+    /// The line that HISTORY walks.
+    pub first_line: Option<u32>,
     /// From a key's words to the next one's.
     pub stride: u32,
     /// From a word in to the word out.

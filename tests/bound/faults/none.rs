@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use whippen_isa::{Class, Flags, Inst, Op, reg};
 
-use super::put::{Placed, is_store};
+use super::put::{Placed, is_store, returns};
 
 /// What code still reads.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -164,7 +164,7 @@ pub fn live_behind(code: &[Placed], exit: Live) -> BTreeMap<u32, Live> {
 
 enum Next {
     At(u32),
-    /// To the next key's code.
+    /// To the next key's code, or back from the tick.
     Away,
     Anywhere,
 }
@@ -180,7 +180,8 @@ fn successors(at: u32, inst: &Inst) -> Vec<Next> {
         Op::BX => vec![Next::Away],
         // A routine may read whatever there is.
         Op::BL => vec![Next::Anywhere],
-        _ if inst.defs().core_bits() & 1 << reg::PC != 0 => vec![Next::Anywhere],
+        Op::POP if returns(inst) => vec![Next::Away],
+        _ if returns(inst) => vec![Next::Anywhere],
         _ => vec![behind],
     }
 }

@@ -3,7 +3,7 @@
 use whippen_compiler::Rng;
 use whippen_compiler::modes::ModeId;
 use whippen_compiler::validate::Code;
-use whippen_isa::{Arch, Code as Halfwords, Inst, ItState, Op, decode, is_wide};
+use whippen_isa::{Arch, Code as Halfwords, Inst, ItState, Op, decode, is_wide, reg};
 
 use super::none::is_commuted;
 
@@ -33,12 +33,26 @@ pub fn instructions(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> 
     all
 }
 
-/// The instructions of a mode or of a tick's entry: the last goes to a key's code.
+/// The instructions of a mode or of a tick's entry or end: the last goes to a key's code, or returns.
 pub fn code_of_key(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> {
     let mut all = instructions(code, arch, from, to);
-    let last = all.iter().rposition(|(.., inst)| inst.op() == Op::BX);
+    let goes = |inst: &Inst| inst.op() == Op::BX || inst.op() == Op::POP && returns(inst);
+    let last = all.iter().rposition(|(.., inst)| goes(inst));
     all.truncate(last.map_or(0, |last| last + 1));
     all
+}
+
+/// Whether it takes PC from the stack, or from memory elsewhere.
+pub fn returns(inst: &Inst) -> bool {
+    inst.defs().core_bits() & 1 << reg::PC != 0
+}
+
+/// Whose code it is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Whose {
+    Mode(ModeId),
+    Entry,
+    End,
 }
 
 /// What is done to an instruction.
@@ -81,8 +95,8 @@ pub fn name(kind: Kind) -> &'static str {
 /// Other halfwords for an instruction.
 pub struct Fault {
     pub kind: Kind,
-    /// Whose instruction it is; of the tick's entry where there is none.
-    pub mode: Option<ModeId>,
+    /// Whose instruction it is.
+    pub whose: Whose,
     /// Where its code begins.
     pub from: u32,
     pub placed: Placed,
@@ -112,8 +126,11 @@ impl Fault {
     pub fn line(&self, arch: Arch) -> String {
         let now = self.now(arch).map(|inst| inst.to_string());
         let now = now.unwrap_or("no instruction".to_string());
-        let whose = self.mode.map(|mode| format!("mode {mode}"));
-        let whose = whose.unwrap_or("entry".to_string());
+        let whose = match self.whose {
+            Whose::Mode(mode) => format!("mode {mode}"),
+            Whose::Entry => "entry".to_string(),
+            Whose::End => "end".to_string(),
+        };
         let (offset, was) = (self.placed.0 - self.from, self.placed.2);
         let kind = name(self.kind);
         format!("{whose} + {offset:#x}: {kind}: {was} -> {now}")

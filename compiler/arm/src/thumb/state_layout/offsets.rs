@@ -21,6 +21,8 @@ pub struct LineSlots {
     pub row: u32,
     /// Offset in the state of the number of the slot that is written in this tick.
     pub ring: u32,
+    /// Offset of the first row in the state, or in the histories where they lie apart.
+    pub at: u32,
 }
 
 impl StateLayout {
@@ -123,6 +125,23 @@ impl StateLayout {
         first.map_or(0, |line| 1 << line.log2())
     }
 
+    /// The line that HISTORY walks.
+    pub fn first_line(&self) -> Option<u32> {
+        self.first_line
+    }
+
+    /// Offset in the state of the address of the histories, and behind it that of the ring of
+    /// events, where they lie apart.
+    pub fn apart(&self) -> Option<u32> {
+        self.apart
+    }
+
+    /// Offset in the state of the address of this tick's row of words in, where that is the
+    /// caller's.
+    pub fn words(&self) -> Option<u32> {
+        self.caller.map(|caller| caller.at)
+    }
+
     /// The delay lines.
     pub fn lines(&self) -> Vec<LineSlots> {
         let of = |number: u32| {
@@ -133,6 +152,7 @@ impl StateLayout {
                 len: line.len,
                 row: line.row,
                 ring: line.ring,
+                at: line.at,
                 scale: self.scale(number),
                 pointers: own.map(|p| (p.ticks, p.at)).collect(),
             }
@@ -164,6 +184,10 @@ pub struct EventRing {
     pub bytes: u32,
     /// Bytes of one event.
     pub event: u32,
+    /// From the ring's beginning to the spare behind it, where events go that have no room.
+    pub spare: u32,
+    /// Bytes of all events that a tick can have.
+    pub tick_bytes_max: u32,
 }
 
 /// The second word of what is no event: it says that the ring goes on at its beginning.
@@ -178,6 +202,8 @@ impl EventRing {
             start: ring.at,
             bytes: ring.bytes,
             event: ring.event,
+            spare: ring.spare(),
+            tick_bytes_max: ring.tick_bytes_max,
         }
     }
 
