@@ -4,6 +4,7 @@
 //! `WHIPPEN_TICKS=N` plays N ticks instead of some thousand, `WHIPPEN_ROUNDS=N` searches for so
 //! many rounds.
 
+mod around;
 mod audit;
 mod board;
 mod faults;

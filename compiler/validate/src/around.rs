@@ -7,7 +7,7 @@
 //!          how far each pointer is from the first line's row; tick + 1
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use crate::check::on_one_side;
 use crate::memory::Memory;
@@ -127,7 +127,7 @@ impl<'a> StateWords<'a> {
     /// In each line the next slot is written next, behind the last one the first.
     fn next_slots(&mut self, terms: &mut Terms) -> Told<()> {
         let lines = self.question.places.lines.iter();
-        let rings: BTreeMap<u32, u32> = lines.map(|line| (line.ring, line.len)).collect();
+        let rings: BTreeSet<(u32, u32)> = lines.map(|line| (line.ring, line.len)).collect();
         for (ring, len) in rings {
             let slot = self.load(terms, ring)?;
             let next = terms.plus(slot, 1)?;
