@@ -1,9 +1,10 @@
 //! How fast compiled code runs: `kernels.c`, compiled by GCC with -O2 for the Cortex-M33, on one
 //! core and on two, in blocks and observed. Two cores run it on the same data, or each on its own
 //! data in banks of its own, as on RP2350. Counted is the time on a processor, where the host tells
-//! it, so that other work does not matter much; of several runs the fastest.
+//! it, so that other work does not matter much; of several runs the fastest. QEMU, where it is
+//! there, runs the same program on one core in between.
 //!
-//! `cargo bench -p whippen-emulator`. QEMU on the same program: `docs/bars.md`.
+//! `cargo bench -p whippen-emulator`; with `-- one` or another part of a row's name those rows.
 
 use std::path::Path;
 use std::process::Command;
@@ -25,8 +26,12 @@ impl Observer for Watcher {
     }
 }
 
-/// The image for an address, or why there is none.
-fn build(folder: &Path, origin: u32) -> Result<Vec<u8>, String> {
+/// Rounds of the kernels, and how many times as many QEMU gets, whose time is told in hundredths.
+const ROUNDS: u32 = 100;
+const QEMU_TIMES: u32 = 20;
+
+/// The image for an address, or why there is none; its ELF is `kernels.elf` in the folder.
+fn build(folder: &Path, origin: u32, rounds: u32) -> Result<Vec<u8>, String> {
     let benches = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches");
     let run = |command: &mut Command| {
         let output = command
@@ -44,11 +49,11 @@ fn build(folder: &Path, origin: u32) -> Result<Vec<u8>, String> {
         "-mcpu=cortex-m33",
         "-mthumb",
         "-O2",
-        "-DROUNDS=100",
         "-nostdlib",
         "-fno-builtin",
     ]);
     run(gcc
+        .arg(format!("-DROUNDS={rounds}"))
         .arg(format!("-Wl,--defsym=origin={origin:#x}"))
         .arg("-T")
         .arg(benches.join("kernels.ld"))
@@ -117,9 +122,39 @@ fn fastest(ready: impl Fn() -> Machine, runs: usize, run: impl Fn(&mut Machine) 
     (0..runs).map(|_| once()).fold(0.0, f64::max)
 }
 
+/// Seconds on a processor of all children so far (Linux), else of the clock.
+fn now_of_children() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let behind_name = stat.rsplit(')').next().unwrap_or_default();
+    // User time and system time of children are the fields 16 and 17; the name is the second.
+    let fields = behind_name.split_whitespace().skip(13).take(2);
+    let ticks: Vec<f64> = fields.filter_map(|field| field.parse().ok()).collect();
+    match ticks[..] {
+        [user, system] => (user + system) / 100.0,
+        _ => START.elapsed().as_secs_f64(),
+    }
+}
+
+/// M instructions per second of QEMU on the program, its start included; nothing without QEMU.
+fn qemu(folder: &Path, instructions: u64) -> Option<f64> {
+    let board = ["-M", "mps2-an505", "-icount", "shift=0", "-nographic"];
+    let start = now_of_children();
+    let status = Command::new("qemu-system-arm")
+        .args(board)
+        .args(["-semihosting", "-kernel"])
+        .arg(folder.join("kernels.elf"))
+        .stdin(std::process::Stdio::null())
+        .status();
+    let seconds = now_of_children() - start;
+    status.is_ok_and(|status| status.success()).then(|| {
+        let all = instructions * u64::from(QEMU_TIMES);
+        all as f64 / seconds / 1e6
+    })
+}
+
 fn main() {
     let folder = tempfile::tempdir().expect("a folder");
-    let built = |origin| build(folder.path(), origin);
+    let built = |origin| build(folder.path(), origin, ROUNDS);
     let (image, first, second) = match (built(RAM), built(GROUPS[0]), built(GROUPS[1])) {
         (Ok(image), Ok(first), Ok(second)) => (image, first, second),
         (Err(why), ..) | (_, Err(why), _) | (.., Err(why)) => {
@@ -130,12 +165,27 @@ fn main() {
     let two = || machine(plain(2), &[(RAM, &image)]);
     let apart = [(GROUPS[0], &first[..]), (GROUPS[1], &second[..])];
     let banks = || machine(BoardKind::Rp2350.board(), &apart);
+    // Built last: its ELF is what QEMU runs.
+    build(folder.path(), RAM, ROUNDS * QEMU_TIMES).expect("the same for QEMU");
+    let mut count = one();
+    count.run(u64::MAX);
+    let part = std::env::args().nth(1).filter(|part| part != "--bench");
     let show = |name: &str, ready: &dyn Fn() -> Machine| {
+        if part.as_ref().is_some_and(|part| !name.contains(part)) {
+            return;
+        }
         let blocks = fastest(ready, 3, |m| m.run(u64::MAX));
         let observed = fastest(ready, 1, |m| m.run_observed(u64::MAX, &mut Watcher));
         println!("{name}: {blocks:.1} M instructions/s, observed {observed:.1} M");
     };
-    show("one core", &one);
-    show("two cores, the same data", &two);
-    show("two cores, banks of their own", &banks);
+    for (name, ready) in [
+        ("one core", &one as &dyn Fn() -> Machine),
+        ("two cores, the same data", &two),
+        ("two cores, banks of their own", &banks),
+    ] {
+        show(name, ready);
+        if let Some(speed) = qemu(folder.path(), count.instructions()) {
+            println!("  QEMU, one core: {speed:.0} M instructions/s");
+        }
+    }
 }

@@ -6,6 +6,7 @@
 
 use crate::exec;
 use crate::fabric::fetched_word;
+use crate::memo::{Known, Link, Memo};
 use crate::memory::Memory;
 use crate::op::Op;
 use crate::outcome::DIVIDE_BITS;
@@ -34,7 +35,9 @@ pub(crate) struct Block {
     pub took: u32,
     /// The ports that its words are fetched at, a bit each.
     pub ports: u32,
-    pub memo: crate::memo::Memo,
+    /// Cycles of runs through some of its instructions, and what follows from whole ones.
+    pub memo: Memo<Known>,
+    pub links: Memo<Link>,
 }
 
 /// What counting and tracing need of an instruction.
@@ -49,7 +52,7 @@ pub(crate) struct Info {
     /// It pushes its quotient's bits.
     pub divides: bool,
     /// What it cost when it ran alone.
-    pub memo: crate::memo::Memo,
+    pub memo: Memo<Known>,
 }
 
 impl Block {
@@ -64,7 +67,8 @@ impl Block {
             cycles_max: 0,
             took: 0,
             ports: 0,
-            memo: crate::memo::Memo::default(),
+            memo: Memo::default(),
+            links: Memo::default(),
         };
         let mut bits = 0;
         while block.ops.len() < LENGTH_MAX && bits < OUTCOME_BITS_MAX - DIVIDE_BITS {
@@ -81,6 +85,7 @@ impl Block {
     /// Forgets what is known by numbers of pipeline states.
     pub fn forget_cycles(&mut self) {
         self.memo = Default::default();
+        self.links = Default::default();
         self.infos
             .iter_mut()
             .for_each(|info| info.memo = Default::default());

@@ -13,7 +13,7 @@ use crate::block::Block;
 use crate::bus::Bus;
 use crate::code::Code;
 use crate::cpu::Cpu;
-use crate::memo::{Key, Known, Pipes};
+use crate::memo::{Key, Known, Link, Pipes};
 use crate::op::Flow;
 use crate::outcome::Outcomes;
 use whippen_isa::timing::{Core as Timing, Pipe, Target};
@@ -45,7 +45,8 @@ pub(crate) struct Run {
     pub done: usize,
     /// Whether it was to be a single instruction.
     pub single: bool,
-    pub taken: bool,
+    /// How its last instruction ended.
+    pub flow: Flow,
 }
 
 impl Core {
@@ -72,32 +73,30 @@ impl Core {
         if self.code.is_full() {
             self.code.clear();
         }
+        // A branch to an even address leaves Thumb state, which is a fault and so a step: no block
+        // makes one.
+        if !self.cpu.thumb {
+            return;
+        }
         let mut number = self.code.find(&mut bus.memory, self.cpu.pc, self.cpu.it);
-        // A branch to an even address leaves Thumb state, which is a fault and so a step.
-        while self.cpu.thumb && self.cycle + self.code.blocks[number].cycles_max <= horizon {
-            let (run, goes_on) = self.run_block(bus, number);
-            let pc = self.cpu.pc;
-            let next = if goes_on {
-                self.code.find(&mut bus.memory, pc, self.cpu.it)
-            } else {
-                number
+        while self.cycle + self.code.blocks[number].cycles_max <= horizon {
+            let run = self.run_block(bus, number);
+            number = match self.follow(&run) {
+                Some(next) => next,
+                None => match self.end_block(bus, &run) {
+                    Some(next) => next,
+                    None => return,
+                },
             };
-            let wide = goes_on && self.code.blocks[next].wide;
-            self.charge(&run, wide);
-            if !goes_on || self.code.is_full() {
-                break;
-            }
-            number = next;
         }
     }
 
-    /// Runs one block; whether the next one may follow at once.
+    /// Runs one block.
     #[inline(always)]
-    fn run_block(&mut self, bus: &mut Bus, number: usize) -> (Run, bool) {
+    fn run_block(&mut self, bus: &mut Bus, number: usize) -> Run {
         let block = &self.code.blocks[number];
         self.cpu.outcomes = 1;
-        let mut done = 0;
-        let mut flow = Flow::Next;
+        let (mut flow, mut done) = (Flow::Next, 0);
         for op in &block.ops {
             flow = (op.run)(&mut self.cpu, bus, op);
             if flow != Flow::Next {
@@ -105,43 +104,81 @@ impl Core {
             }
             done += 1;
         }
-        let taken = flow == Flow::Branch;
-        done += usize::from(taken || flow == Flow::Leave);
-        if taken {
-            self.cpu.it = whippen_isa::ItState::OUTSIDE;
-        } else {
-            (self.cpu.pc, self.cpu.it) = block.place(done);
+        done += usize::from(matches!(flow, Flow::Branch | Flow::Leave));
+        match flow {
+            Flow::Branch => self.cpu.it = whippen_isa::ItState::OUTSIDE,
+            Flow::Next => (self.cpu.pc, self.cpu.it) = (block.end, block.end_it),
+            _ => (self.cpu.pc, self.cpu.it) = block.place(done),
         }
-        (
-            Run {
-                block: number,
-                first: 0,
-                done,
-                single: false,
-                taken,
-            },
-            matches!(flow, Flow::Next | Flow::Branch),
-        )
+        Run {
+            block: number,
+            first: 0,
+            done,
+            single: false,
+            flow,
+        }
+    }
+
+    /// Adds what is known to follow from a run through a whole block; the number of the next one.
+    #[inline(always)]
+    pub(crate) fn follow(&mut self, run: &Run) -> Option<usize> {
+        if !matches!(run.flow, Flow::Next | Flow::Branch) {
+            return None;
+        }
+        let key = Key::of_whole(self.cpu.outcomes, self.pipe, self.cpu.pc);
+        let link = self.code.blocks[run.block].links.get(&key)?;
+        debug_assert_eq!(link.done as usize, run.done);
+        self.cycle += u64::from(link.known.cycles);
+        self.instructions += u64::from(link.done);
+        self.pipe = link.known.pipe;
+        Some(link.next as usize)
+    }
+
+    /// Adds the cycles of a run through a block; the next block, if it may follow at once.
+    #[cold]
+    #[inline(never)]
+    fn end_block(&mut self, bus: &mut Bus, run: &Run) -> Option<usize> {
+        if !matches!(run.flow, Flow::Next | Flow::Branch) {
+            self.charge(run, false);
+            return None;
+        }
+        let next = self.code.find(&mut bus.memory, self.cpu.pc, self.cpu.it);
+        self.charge_and_link(run, next);
+        (!self.code.is_full()).then_some(next)
+    }
+
+    /// Adds the cycles of a run through a whole block, and remembers what follows from it.
+    pub(crate) fn charge_and_link(&mut self, run: &Run, next: usize) {
+        let key = Key::of_whole(self.cpu.outcomes, self.pipe, self.cpu.pc);
+        let (cycle, renumbered) = (self.cycle, self.renumbered);
+        self.charge(run, self.code.blocks[next].wide);
+        // Numbers of an earlier count mean nothing.
+        if self.renumbered == renumbered {
+            let known = Known {
+                cycles: (self.cycle - cycle) as u32,
+                pipe: self.pipe,
+            };
+            let (done, next) = (run.done as u32, next as u32);
+            let links = &mut self.code.blocks[run.block].links;
+            links.insert(key, Link { known, done, next });
+        }
     }
 
     /// Adds the cycles of a run.
-    #[inline(always)]
     pub(crate) fn charge(&mut self, run: &Run, wide: bool) {
         let pc = self.cpu.pc;
-        let about = u32::from(run.taken) << 2 | (pc >> 1 & 1) << 1 | u32::from(wide);
-        let key = Key::new(
-            self.cpu.outcomes,
-            self.pipe,
-            run.done,
-            if run.taken { about } else { 0 },
-        );
+        let about = match run.flow {
+            Flow::Branch => 1 << 2 | (pc >> 1 & 1) << 1 | u32::from(wide),
+            _ => 0,
+        };
+        let key = Key::of_part(self.cpu.outcomes, self.pipe, run.done, about);
         let block = &self.code.blocks[run.block];
         let memo = match run.single {
             true => &block.infos[run.first].memo,
             false => &block.memo,
         };
         let known = match memo.get(&key) {
-            Some(known) => known,
+            Some(known) => *known,
             None => self.count(run, key, Target { address: pc, wide }),
         };
         self.cycle += u64::from(known.cycles);
@@ -158,7 +195,7 @@ impl Core {
         let (mut pipe, mut cycles) = (self.pipes.state(self.pipe), 0);
         let infos = &block.infos[run.first..run.first + run.done];
         for (i, info) in infos.iter().enumerate() {
-            let target = (run.taken && i + 1 == run.done).then_some(target);
+            let target = (run.flow == Flow::Branch && i + 1 == run.done).then_some(target);
             let outcome = outcomes.next(info, target);
             if let Ok((_, timed)) = &info.inst {
                 let (after, cost) = self.code.timing.issue(pipe, timed, info.address, &outcome);

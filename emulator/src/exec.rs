@@ -30,11 +30,41 @@ use crate::stop::{FaultKind, Reason};
 use whippen_isa::imm::thumb_imm_carry;
 use whippen_isa::{Cond, Inst, ShiftType};
 
+/// Conditions by their number.
+const CONDITIONS: [Cond; 15] = {
+    use Cond::*;
+    [EQ, NE, CS, CC, MI, PL, VS, VC, HI, LS, GE, LT, GT, LE, AL]
+};
+
+/// The function for a condition, of a function for each.
+macro_rules! by_condition {
+    ($cond:expr, $function:ident) => {
+        match $cond.map_or(14, |cond| cond as u8) {
+            0 => $function::<0>,
+            1 => $function::<1>,
+            2 => $function::<2>,
+            3 => $function::<3>,
+            4 => $function::<4>,
+            5 => $function::<5>,
+            6 => $function::<6>,
+            7 => $function::<7>,
+            8 => $function::<8>,
+            9 => $function::<9>,
+            10 => $function::<10>,
+            11 => $function::<11>,
+            12 => $function::<12>,
+            13 => $function::<13>,
+            _ => $function::<14>,
+        }
+    };
+}
+use by_condition;
+
 /// Makes an instruction at an address ready to run.
 pub(crate) fn prepare(inst: &Inst, address: u32) -> Op {
     let body = select(inst);
     let run = if inst.is_conditional() && !is_branch(inst) {
-        conditional
+        by_condition!(inst.cond, conditional)
     } else if reads_pc(inst) {
         with_pc
     } else {
@@ -64,13 +94,11 @@ pub(crate) fn absent(address: u32) -> Op {
         t: 0,
         amount: 0,
         shift: ShiftType::LSL,
-        cond: Cond::AL,
     }
 }
 
 fn operands(inst: &Inst, address: u32) -> Op {
     let a = if inst.t2 == 0 { inst.a } else { inst.t2 };
-    let cond = inst.cond.unwrap_or(Cond::AL);
     let shift = data::named_shift(inst.op()).unwrap_or(inst.shift);
     let (d, n, m, t) = (inst.d, inst.n, inst.m, inst.t);
     Op {
@@ -80,7 +108,6 @@ fn operands(inst: &Inst, address: u32) -> Op {
         a,
         t,
         shift,
-        cond,
         ..absent(address)
     }
 }
@@ -146,8 +173,8 @@ fn amount(inst: &Inst) -> u8 {
 }
 
 /// Tests the condition and remembers the answer for timing.
-fn conditional(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
-    let holds = cpu.holds(op.cond);
+fn conditional<const COND: u8>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
+    let holds = cpu.holds(CONDITIONS[COND as usize]);
     cpu.outcomes = cpu.outcomes << 1 | u64::from(holds);
     if !holds {
         return Flow::Next;

@@ -9,67 +9,84 @@ use std::hash::{BuildHasherDefault, Hasher};
 use whippen_isa::timing::Pipe;
 
 /// What the cycles of a run through a block depend on.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Key {
+    /// Never 0, but of no run.
     pub outcomes: u64,
-    /// Number of the pipeline state at entry, instructions that ran, and about the target of the
-    /// branch that ended it.
-    pub entry: u32,
+    /// Number of the pipeline state at entry, how far the run came, and where it led to.
+    place: u64,
 }
 
 impl Key {
-    /// `about_target`: 3 bits.
-    pub fn new(outcomes: u64, pipe: u16, done: usize, about_target: u32) -> Self {
+    /// Of a run through some instructions. `about_target`: 3 bits.
+    pub fn of_part(outcomes: u64, pipe: u16, done: usize, about_target: u32) -> Self {
         Self {
             outcomes,
-            entry: u32::from(pipe) | (done as u32) << 16 | about_target << 24,
+            place: u64::from(pipe) << 32 | (done as u64) << 3 | u64::from(about_target),
         }
     }
 
+    /// Of a run through a whole block, up to its end or a branch in it, whose outcomes tell which:
+    /// `next` is the address that follows.
+    #[inline(always)]
+    pub fn of_whole(outcomes: u64, pipe: u16, next: u32) -> Self {
+        Self {
+            outcomes,
+            place: u64::from(pipe) << 32 | u64::from(next),
+        }
+    }
+
+    #[inline(always)]
     fn hash(&self) -> usize {
-        let mixed =
-            (self.outcomes ^ u64::from(self.entry) << 20).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mixed = (self.outcomes ^ self.place.rotate_left(20)).wrapping_mul(GOLDEN);
         (mixed >> 48) as usize
     }
 }
 
+/// 2^64 over the golden ratio: spreads what differs in low bits over the high ones.
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
 /// Cycles and the number of the pipeline state afterwards.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(crate) struct Known {
     pub cycles: u32,
     pub pipe: u16,
 }
 
+/// All that follows from a run through a whole block.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Link {
+    pub known: Known,
+    /// Instructions that ran.
+    pub done: u32,
+    /// The number of the block that follows.
+    pub next: u32,
+}
+
 /// What is known of one block.
 #[derive(Default)]
-pub(crate) struct Memo {
-    slots: Vec<(Key, Known)>,
+pub(crate) struct Memo<T> {
+    slots: Vec<(Key, T)>,
 }
 
 /// Slots of a memo at most.
 const SLOTS_MAX: usize = 1024;
 
-/// A key that no run has: of no instructions.
-const NO_KEY: Key = Key {
-    outcomes: 0,
-    entry: 0,
-};
-
-impl Memo {
+impl<T: Copy + Default> Memo<T> {
     #[inline(always)]
-    pub fn get(&self, key: &Key) -> Option<Known> {
+    pub fn get(&self, key: &Key) -> Option<&T> {
         let (found, known) = self
             .slots
             .get(key.hash() & self.slots.len().wrapping_sub(1))?;
-        (found == key).then_some(*known)
+        (found == key).then_some(known)
     }
 
-    pub fn insert(&mut self, key: Key, known: Known) {
+    pub fn insert(&mut self, key: Key, known: T) {
         let mask = self.slots.len().wrapping_sub(1);
         let taken = self
             .slots
             .get(key.hash() & mask)
-            .is_none_or(|(found, _)| *found != NO_KEY);
+            .is_none_or(|(found, _)| *found != Key::default());
         if taken && self.slots.len() < SLOTS_MAX {
             self.grow();
         }
@@ -79,11 +96,8 @@ impl Memo {
 
     fn grow(&mut self) {
         let wanted = (self.slots.len() * 2).max(2);
-        let old = std::mem::replace(
-            &mut self.slots,
-            vec![(NO_KEY, Known { cycles: 0, pipe: 0 }); wanted],
-        );
-        for (key, known) in old.into_iter().filter(|(key, _)| *key != NO_KEY) {
+        let old = std::mem::replace(&mut self.slots, vec![Default::default(); wanted]);
+        for (key, known) in old.into_iter().filter(|(key, _)| *key != Key::default()) {
             self.slots[key.hash() & (wanted - 1)] = (key, known);
         }
     }
@@ -96,7 +110,7 @@ struct Mix(u64);
 impl Hasher for Mix {
     fn write(&mut self, bytes: &[u8]) {
         for byte in bytes {
-            self.0 = (self.0.rotate_left(5) ^ u64::from(*byte)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            self.0 = (self.0.rotate_left(5) ^ u64::from(*byte)).wrapping_mul(GOLDEN);
         }
     }
 

@@ -201,17 +201,17 @@ impl Memory {
         self.regions.iter().find(|r| r.contains(address))
     }
 
-    /// `N` bytes in one page that is read without ado.
+    /// `N` bytes, a power of two, at a multiple of `N` in a page that is read without ado.
     #[inline(always)]
     pub(crate) fn fast_read<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
         let page = self
             .pages
             .get(self.reads[page_of(address)].wrapping_sub(1) as usize)?;
-        let at = address as usize % PAGE;
+        let at = address as usize & (PAGE - N);
         page.get(at..at + N)?.try_into().ok()
     }
 
-    /// Writes `N` bytes in one page that is written without ado.
+    /// Writes `N` bytes, a power of two, at a multiple of `N` in a page that is written without ado.
     #[inline(always)]
     pub(crate) fn fast_write<const N: usize>(
         &mut self,
@@ -221,7 +221,7 @@ impl Memory {
         let page = self
             .pages
             .get_mut(self.writes[page_of(address)].wrapping_sub(1) as usize)?;
-        let at = address as usize % PAGE;
+        let at = address as usize & (PAGE - N);
         page.get_mut(at..at + N)?.copy_from_slice(&bytes);
         Some(())
     }

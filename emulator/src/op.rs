@@ -6,7 +6,7 @@
 
 use crate::bus::Bus;
 use crate::cpu::Cpu;
-use whippen_isa::{Cond, ShiftType};
+use whippen_isa::ShiftType;
 
 /// How an instruction ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -43,7 +43,6 @@ pub(crate) struct Op {
     pub t: u8,
     pub amount: u8,
     pub shift: ShiftType,
-    pub cond: Cond,
 }
 
 impl Op {

@@ -106,7 +106,7 @@ impl Core {
                 .is_some_and(whippen_isa::is_wide);
         self.instructions += 1;
         let about = u32::from(taken) << 2 | (pc >> 1 & 1) << 1 | u32::from(wide);
-        let key = Key::new(
+        let key = Key::of_part(
             self.cpu.outcomes,
             self.pipe,
             1,
@@ -115,7 +115,7 @@ impl Core {
         let looks = around.observer.is_some() && O::INSTRUCTIONS;
         let forgettable = !looks && self.cpu.stall == 0;
         let memo = &self.code.blocks[block].infos[index].memo;
-        match memo.get(&key).filter(|_| forgettable) {
+        match memo.get(&key).copied().filter(|_| forgettable) {
             Some(known) => {
                 self.cycle += u64::from(known.cycles);
                 self.pipe = known.pipe;

@@ -152,7 +152,7 @@ impl Core {
             first,
             done,
             single: count == 1,
-            taken,
+            flow,
         };
         let next = if taken {
             self.target(bus)

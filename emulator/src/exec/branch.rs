@@ -42,8 +42,8 @@ impl Cpu {
 }
 
 /// B with a condition: whether it is taken is remembered for timing.
-fn conditional(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
-    let holds = cpu.holds(op.cond);
+fn conditional<const COND: u8>(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
+    let holds = cpu.holds(super::CONDITIONS[COND as usize]);
     cpu.outcomes = cpu.outcomes << 1 | u64::from(holds);
     if holds {
         cpu.branch_write_pc(op.imm)
@@ -98,7 +98,7 @@ fn table<const HALFWORDS: bool>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
 
 pub(super) fn select(inst: &Inst) -> Option<Run> {
     Some(match inst.op() {
-        I::B if inst.is_conditional() => conditional,
+        I::B if inst.is_conditional() => super::by_condition!(inst.cond, conditional),
         I::B => always,
         I::BL => link,
         I::CBZ => compare::<true>,
