@@ -27,13 +27,16 @@ use side::Saved;
 pub(crate) use trail::Trail;
 
 /// Cycles of a window at least, which it has at first, and at most.
-const WINDOW_MIN: u64 = 256;
+const WINDOW_MIN: u64 = 1 << 11;
 const WINDOW_MAX: u64 = 1 << 12;
 /// What a window has to gain for the next one to be tried soon.
 const GAIN_MIN: u64 = 64;
 /// Cycles by turns where two cores met, at least and at most.
 const TURNS_MIN: u64 = 16;
-const TURNS_MAX: u64 = 1 << 10;
+const TURNS_MAX: u64 = 1 << 6;
+/// Cycles by turns where a window could not be tried: most often a DMA holds a port, or a core is
+/// owed a cycle, which passes soon.
+const TURNS_BUSY: u64 = 16;
 
 /// How windows are tried.
 pub(crate) struct Apart {
@@ -70,13 +73,16 @@ impl Default for Apart {
 }
 
 impl Machine {
+    /// Whether it is time to try a window.
+    #[inline(always)]
+    pub(crate) fn tries_apart(&self, now: u64) -> bool {
+        now >= self.apart.from
+    }
+
     /// Runs two cores apart for a while, all instructions that begin before some cycle up to the
     /// horizon, where that can be done and seems to pay.
     pub(crate) fn try_apart(&mut self, horizon: u64) {
         let now = self.now();
-        if now < self.apart.from {
-            return;
-        }
         let stands = |(core, instructions)| {
             let core: &Core = &self.cores[core];
             core.instructions == instructions && core.cpu.activity == Activity::Running
@@ -87,7 +93,7 @@ impl Machine {
         }
         self.apart.in_front = None;
         let Some(met) = self.window(now, horizon) else {
-            self.apart.from = now + TURNS_MAX;
+            self.apart.from = now + TURNS_BUSY;
             return;
         };
         let gained = self.now() - now;

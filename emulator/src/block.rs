@@ -91,6 +91,12 @@ impl Block {
             .for_each(|info| info.memo = Default::default());
     }
 
+    /// Whether something is known to follow from a run through it.
+    #[cfg(test)]
+    pub fn is_linked(&self) -> bool {
+        !self.links.is_empty()
+    }
+
     /// The address and the state of IT of instruction `index`, or after the last one.
     pub fn place(&self, index: usize) -> (u32, ItState) {
         self.infos

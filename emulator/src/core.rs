@@ -226,10 +226,15 @@ impl Core {
         if let Some(number) = self.pipes.number(pipe) {
             return number;
         }
+        self.forget_numbers();
+        self.pipes.number(pipe).unwrap_or(0)
+    }
+
+    /// Forgets all numbers of pipeline states, and everything that is known by number.
+    pub(crate) fn forget_numbers(&mut self) {
         self.code.blocks.iter_mut().for_each(Block::forget_cycles);
         self.pipes = Pipes::new();
         self.renumbered += 1;
-        self.pipes.number(pipe).unwrap_or(0)
     }
 
     /// Forgets all decoded code.

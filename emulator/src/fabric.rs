@@ -153,17 +153,29 @@ impl Fabric {
         if core >= CORES {
             return 0;
         }
-        let wait = self.access(2 * core + 1, address, cycle, write);
-        self.waited[usize::from(self.port(address).is_none())] += wait;
-        wait + u64::from(self.meets(core, address))
+        let Some((port, cycles)) = self.hold(address, write) else {
+            return 0;
+        };
+        let manager = 2 * core + 1;
+        let wait = self.claim(Claim {
+            manager,
+            port,
+            cycle,
+            cycles,
+        });
+        let at_bridge = self.is_bridge(port);
+        self.waited[usize::from(at_bridge)] += wait;
+        wait + u64::from(self.meets_fetches && !at_bridge && self.meets(core, port))
     }
 
-    /// Whether an access is in the bank of one of the words behind the instruction that is
-    /// executed, and that is the question.
-    fn meets(&self, core: usize, address: u32) -> bool {
-        let port = self.port(address);
+    /// Whether a port is in the way of one of the words behind the instruction that is executed.
+    fn meets(&self, core: usize, port: usize) -> bool {
         let ahead = AHEAD.map(|bytes| self.fetched[core].wrapping_add(bytes));
-        self.meets_fetches && port.is_some() && ahead.iter().any(|word| self.port(*word) == port)
+        ahead.iter().any(|word| self.port(*word) == Some(port))
+    }
+
+    fn is_bridge(&self, port: usize) -> bool {
+        port >= self.first_bridge && !self.bridges.is_empty()
     }
 
     /// A core fetches ahead of the instruction that it begins.
@@ -219,7 +231,7 @@ impl Fabric {
             cycle,
             cycles,
         } = claim;
-        let at_bridge = port >= self.first_bridge && !self.bridges.is_empty();
+        let at_bridge = self.is_bridge(port);
         let high = &self.high[usize::from(at_bridge)];
         let owed = std::mem::take(&mut self.owed[manager]);
         let port = &mut self.ports[port];

@@ -81,6 +81,11 @@ impl<T: Copy + Default> Memo<T> {
         (found == key).then_some(known)
     }
 
+    #[cfg(test)]
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty()
+    }
+
     pub fn insert(&mut self, key: Key, known: T) {
         let mask = self.slots.len().wrapping_sub(1);
         let taken = self

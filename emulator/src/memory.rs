@@ -204,9 +204,7 @@ impl Memory {
     /// `N` bytes, a power of two, at a multiple of `N` in a page that is read without ado.
     #[inline(always)]
     pub(crate) fn fast_read<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
-        let page = self
-            .pages
-            .get(self.reads[page_of(address)].wrapping_sub(1) as usize)?;
+        let page = self.pages.get(plain_page(&self.reads, address))?;
         let at = address as usize & (PAGE - N);
         page.get(at..at + N)?.try_into().ok()
     }
@@ -218,9 +216,7 @@ impl Memory {
         address: u32,
         bytes: [u8; N],
     ) -> Option<()> {
-        let page = self
-            .pages
-            .get_mut(self.writes[page_of(address)].wrapping_sub(1) as usize)?;
+        let page = self.pages.get_mut(plain_page(&self.writes, address))?;
         let at = address as usize & (PAGE - N);
         page.get_mut(at..at + N)?.copy_from_slice(&bytes);
         Some(())
@@ -243,20 +239,35 @@ impl Memory {
 
     /// Reads plain memory that is special in some way: the value and the cycles to wait.
     pub(crate) fn slow_read(&self, address: u32, size: u32) -> Option<(u32, u8)> {
-        let (page, at) = self.find_present(address)?;
         let mut bytes = [0; 4];
+        let at = address as usize % PAGE;
+        // What is plain but for being shared.
+        let page = self.pages.get(plain_page(&self.aside.0, address));
+        if let Some(plain) = page.and_then(|page| page.get(at..at + size as usize)) {
+            bytes[..size as usize].copy_from_slice(plain);
+            return Some((u32::from_le_bytes(bytes), 0));
+        }
+        let (page, at) = self.find_present(address)?;
         bytes[..size as usize].copy_from_slice(self.pages[page].get(at..at + size as usize)?);
         Some((u32::from_le_bytes(bytes), self.region(address)?.read_wait))
     }
 
     /// Writes plain memory that is special in some way and may be written: the cycles to wait.
     pub(crate) fn slow_write(&mut self, address: u32, size: u32, value: u32) -> Option<u8> {
+        let bytes = value.to_le_bytes();
+        let at = address as usize % PAGE;
+        let plain = plain_page(&self.aside.1, address);
+        let page = self.pages.get_mut(plain);
+        if let Some(place) = page.and_then(|page| page.get_mut(at..at + size as usize)) {
+            place.copy_from_slice(&bytes[..size as usize]);
+            return Some(0);
+        }
         let (page, at) = self.find(address).ok()?;
         let (writable, wait) = self.region(address).map(|r| (r.writable, r.write_wait))?;
         if !writable || at + size as usize > PAGE {
             return None;
         }
-        self.put(page, at, &value.to_le_bytes()[..size as usize]);
+        self.put(page, at, &bytes[..size as usize]);
         Some(wait)
     }
 
@@ -378,6 +389,12 @@ impl Memory {
             number => Ok((number as usize - 1, address as usize % PAGE)),
         }
     }
+}
+
+/// The number of the page that a map has for an address; of no page where it has none.
+#[inline(always)]
+fn plain_page(map: &Map, address: u32) -> usize {
+    map[page_of(address)].wrapping_sub(1) as usize
 }
 
 fn page_of(address: u32) -> usize {

@@ -119,12 +119,13 @@ impl Machine {
     ) -> Result<(), Stop> {
         let fast = !looks(observer) && !self.has_breakpoints();
         loop {
-            if fast {
-                self.try_apart(horizon);
-            }
-            let Some(core) = self.next_core() else {
+            let Some(mut core) = self.next_core() else {
                 break;
             };
+            if fast && self.tries_apart(self.cores[core].cycle) {
+                self.try_apart(horizon);
+                core = self.next_core().unwrap_or(core);
+            }
             let changed = self.cores[core].cpu.system.changed && !first;
             if changed
                 || self.cores[core].cycle >= horizon

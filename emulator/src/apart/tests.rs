@@ -268,3 +268,41 @@ fn random_programs_of_two_cores_agree_with_turns() {
     );
     assert!(apart > 60 * 40_000 / 8, "{apart} cycles apart");
 }
+
+/// One core runs by blocks that are chained. In between it forgets its code, or gets other numbers
+/// for states of the pipeline.
+#[test]
+fn random_programs_of_one_core_agree_with_single_steps() {
+    let (mut links, mut longest) = (0, 0);
+    for seed in 1..=60 {
+        let ((mut fast, id), (mut judge, _)) = (
+            ready(BoardKind::Rp2350, seed),
+            ready(BoardKind::Rp2350, seed),
+        );
+        [&mut fast, &mut judge].map(|m| m.halt(1));
+        let mut random = Random(seed * 57);
+        let mut until = 0;
+        while until < 40_000 {
+            until += 1 + u64::from(random.below(4000));
+            let stops = (fast.run(until), judge.run_observed(until, &mut Watcher));
+            assert_eq!(stops, (Stop::Limit, Stop::Limit), "seed {seed}");
+            assert_eq!(state(&fast, id), state(&judge, id), "seed {seed}, {until}");
+            let core = &mut fast.cores[0];
+            links += core.code.blocks.iter().filter(|b| b.is_linked()).count();
+            match random.below(4) {
+                0 => {
+                    let pipe = core.pipe_state();
+                    core.forget_numbers();
+                    core.pipe = core.number(pipe);
+                    assert!(core.code.blocks.iter().all(|b| !b.is_linked()));
+                }
+                1 => fast.forget_code(),
+                _ => longest = longest.max(core.pipes.len()),
+            }
+        }
+    }
+    assert!(
+        links > 1000 && longest > 4,
+        "{links} chained blocks, {longest} states of the pipeline"
+    );
+}

@@ -4,7 +4,7 @@
 //! Only what is plain is here. Wait states, watched ranges, words under a monitor, decoded code and
 //! memory that several may write without a port are refused, and so are devices.
 
-use super::{Memory, PAGE, page_of};
+use super::{Memory, PAGE, page_of, plain_page};
 use crate::fabric::Banks;
 
 /// Where the words of a page are: which port the first one has, and how many take turns.
@@ -74,7 +74,7 @@ impl Memory {
     /// Reads what is aligned, and where: nothing where the core has to be exact.
     #[inline(always)]
     pub(crate) fn read_apart(&self, address: u32, size: u32) -> Option<(u32, u8)> {
-        let page = self.aside.0[page_of(address)].wrapping_sub(1) as usize;
+        let page = plain_page(&self.aside.0, address);
         let at = address as usize % PAGE;
         let bytes = self.pages.get(page)?.get(at..at + size as usize)?;
         let port = self.stripes[page].port(address);
@@ -95,7 +95,7 @@ impl Memory {
         size: u32,
         value: u32,
     ) -> Option<(Replaced, u8)> {
-        let plain = self.aside.1[page_of(address)].wrapping_sub(1) as usize;
+        let plain = plain_page(&self.aside.1, address);
         let at = address as usize % PAGE;
         let page = if plain < self.pages.len() {
             plain
