@@ -49,8 +49,8 @@ const fn modes(file: &'static str, code: &'static str, share: usize) -> Target {
 }
 
 /// Besides plain instruments one that reads a delay line at an index, exact quotients in the entry
-/// and in a part, and quotients for searches; the ring of events at the entry and the end, and lines
-/// at the end.
+/// and in a part, and quotients for searches; the ring of events at the entry and the end, and
+/// lines at the end.
 const TARGETS: [Target; 12] = [
     modes("hammond.whip", "core0", 60),
     modes("celesta.whip", "core0", 220),

@@ -12,7 +12,7 @@ use crate::check::{
 use crate::end::check_end;
 use crate::kernel::run_shared;
 use crate::machine::Machine;
-use crate::memory::{Address, Memory};
+use crate::memory::{Address, Held, Memory};
 use crate::places::Question;
 use crate::stop::{Doubt, Reason, Stop, Told, unproven};
 use crate::term::{Base, Kind, Term, Terms};
@@ -150,7 +150,7 @@ pub(crate) fn check_entry(
             continue;
         };
         let address = terms.address(address);
-        memory.held.push(crate::memory::Held {
+        memory.held.push(Held {
             address,
             bytes: 4,
             value,
@@ -242,13 +242,7 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
             return unproven(format!("r{register} is not at the first key"));
         }
     }
-    let of_shared: BTreeSet<u32> = shared_places(question).copied().collect();
-    let mut found = machine.memory.changed(terms)?;
-    found.retain(|held| {
-        let Address { moving, at } = held.address;
-        let is_shared = u32::try_from(at).is_ok_and(|at| of_shared.contains(&at));
-        !(moving == stack && at < 0 || moving == state && is_shared && held.bytes == 4)
-    });
+    let found = left_to_others(question, terms, &machine.memory)?;
     compare_memory(question, terms, &own, &found)?;
     let mut shared = Vec::new();
     for (wanted, at) in wanted.into_iter().zip(shared_places(question)) {
@@ -274,6 +268,19 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
         shared,
         looked_at: machine.looked_at,
     })
+}
+
+/// What the entry leaves in memory, but for its own part of the stack and words of all keys.
+fn left_to_others(question: &Question, terms: &mut Terms, memory: &Memory) -> Told<Vec<Held>> {
+    let [state, stack] = [Base::State, Base::Stack].map(|base| terms.of(Kind::Base(base)));
+    let of_shared: BTreeSet<u32> = shared_places(question).copied().collect();
+    let mut found = memory.changed(terms)?;
+    found.retain(|held| {
+        let Address { moving, at } = held.address;
+        let is_shared = u32::try_from(at).is_ok_and(|at| of_shared.contains(&at));
+        !(moving == stack && at < 0 || moving == state && is_shared && held.bytes == 4)
+    });
+    Ok(found)
 }
 
 /// In the state: each word that the entry computes for all keys.

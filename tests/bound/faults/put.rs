@@ -33,7 +33,7 @@ pub fn instructions(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> 
     all
 }
 
-/// The instructions of a mode or of a tick's entry or end: the last goes to a key's code, or returns.
+/// The instructions of a mode or of a tick's entry or end: the last goes to a key's code, or back.
 pub fn code_of_key(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> {
     let mut all = instructions(code, arch, from, to);
     let goes = |inst: &Inst| inst.op() == Op::BX || inst.op() == Op::POP && returns(inst);
