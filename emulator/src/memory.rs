@@ -209,7 +209,8 @@ impl Memory {
         page.get(at..at + N)?.try_into().ok()
     }
 
-    /// Writes `N` bytes, a power of two, at a multiple of `N` in a page that is written without ado.
+    /// Writes `N` bytes, a power of two, at a multiple of `N` in a page that is written without
+    /// ado.
     #[inline(always)]
     pub(crate) fn fast_write<const N: usize>(
         &mut self,

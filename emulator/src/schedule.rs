@@ -118,10 +118,7 @@ impl Machine {
         observer: &mut Option<&mut O>,
     ) -> Result<(), Stop> {
         let fast = !looks(observer) && !self.has_breakpoints();
-        loop {
-            let Some(mut core) = self.next_core() else {
-                break;
-            };
+        while let Some(mut core) = self.next_core() {
             if fast && self.tries_apart(self.cores[core].cycle) {
                 self.try_apart(horizon);
                 core = self.next_core().unwrap_or(core);
