@@ -1,9 +1,10 @@
 //! The proof of an image on the command line: what `budget` shows, and without which `build` writes
 //! no image and no board is emulated.
 
+mod most_keys;
 mod program;
 
-use whippen_compiler::budget::{Budget, Program as Bytes};
+use whippen_compiler::budget::{Budget, CoreBudget, Program as Bytes};
 use whippen_compiler::deadline_diagnostic::deadline_diagnostic;
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::FirmwareImage;
@@ -11,6 +12,7 @@ use whippen_compiler::keyboard::ProgramId;
 use whippen_compiler::pipeline::{self, unobserved};
 use whippen_runtime::image::ImageInstrument;
 
+use self::most_keys::Between;
 pub use self::program::{ProgramReport, ZoneReport};
 use super::own_firmware::Unbounded;
 use super::setup::ImageSetup;
@@ -70,6 +72,11 @@ pub fn judge(
             })
         }
     }
+}
+
+/// Of all cores.
+fn sum(budget: &Budget, of: impl Fn(&CoreBudget) -> u32) -> u32 {
+    budget.cores.iter().map(of).fold(0, u32::saturating_add)
 }
 
 /// What is said of an image that is refused.
@@ -170,25 +177,37 @@ impl<'a> ImageProof<'a> {
         instruments: &[ImageInstrument],
     ) -> Result<Self, Failure> {
         let [least, most] = setup.keys_possible();
-        let (mut fits, mut exceeds) = (Self::find(setup, instruments, least)?, most + 1);
+        let mut fits = Self::find(setup, instruments, least)?;
         if !fits.fits() {
             return Ok(fits);
         }
-        while fits.keys + 1 < exceeds {
-            // What is left, in keys: right but for what grows around them.
-            let left = |played: &ProgramReport| {
-                let cores = played.budget.cores.iter();
-                cores.map(|core| core.more_keys).sum::<u32>()
-            };
-            let more = fits.programs.iter().map(left).min().unwrap_or(0).max(1);
-            let next = fits.keys.saturating_add(more).min(exceeds - 1);
-            match Self::find(setup, instruments, next) {
-                Ok(tried) if tried.fits() => fits = tried,
-                Ok(_) | Err(Failure::Usage(_) | Failure::Program) => exceeds = next,
+        let mut between = Between::new(least, fits.more_keys(), most);
+        while let Some(keys) = between.next() {
+            match Self::find(setup, instruments, keys) {
+                Ok(tried) if tried.fits() => {
+                    between.fit(keys, tried.more_keys());
+                    fits = tried;
+                }
+                Ok(tried) => between.exceed(keys, Some(tried.surplus_keys())),
+                Err(Failure::Usage(_) | Failure::Program) => between.exceed(keys, None),
                 Err(other) => return Err(other),
             }
         }
         Ok(fits)
+    }
+
+    /// What is left, in keys: right but for what grows around them.
+    fn more_keys(&self) -> u32 {
+        let more = |core: &CoreBudget| core.more_keys;
+        let left = self.programs.iter().map(|played| sum(&played.budget, more));
+        left.min().unwrap_or(0)
+    }
+
+    /// How many keys are too many, as well as that can be told.
+    fn surplus_keys(&self) -> u32 {
+        let late = self.programs.iter();
+        let surplus = late.map(|played| sum(&played.budget, CoreBudget::surplus_keys));
+        surplus.max().unwrap_or(0)
     }
 
     /// Whether every program is in time.

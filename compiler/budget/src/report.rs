@@ -158,6 +158,13 @@ impl CoreBudget {
         self.slack_cycles as f64 / self.period_cycles().max(1) as f64
     }
 
+    /// How many of its keys are too many, as far as the keys themselves go.
+    pub fn surplus_keys(&self) -> u32 {
+        let key = self.keys_cycles_max / u64::from(self.keys.max(1));
+        let late = self.slack_cycles.min(0).unsigned_abs();
+        u32::try_from(late.div_ceil(key.max(1))).unwrap_or(u32::MAX)
+    }
+
     fn period_cycles(&self) -> i64 {
         self.cycles_max as i64 + self.slack_cycles
     }

@@ -1,0 +1,116 @@
+//! How many keys fit, found by few tries: each tells about how many more or fewer it would be.
+//!
+//! What is around the keys grows with them, and by much where they no longer fit in the memory near
+//! the core, so what a try tells is a guess. Where it leads out of what is left to try, the middle
+//! is tried. The end is proven: so many keys fit, and one more does not.
+
+/// Between a number of keys that fits and one that does not.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Between {
+    fits: u32,
+    /// Too many, or more than there may be.
+    exceeds: u32,
+    /// How many there may be.
+    most: u32,
+    /// What the last try says.
+    guess: u32,
+}
+
+impl Between {
+    /// So many are known to fit, and about so many more would; there may be at most `most`.
+    pub fn new(fits: u32, more: u32, most: u32) -> Between {
+        Between {
+            fits,
+            exceeds: most + 1,
+            most,
+            guess: fits.saturating_add(more),
+        }
+    }
+
+    /// What to try next; none where it is known.
+    pub fn next(&self) -> Option<u32> {
+        let left = self.fits + 1..self.exceeds;
+        let is_tried = self.exceeds <= self.most;
+        match self.guess {
+            _ if left.is_empty() => None,
+            guess if guess >= self.exceeds && !is_tried => Some(self.most),
+            guess if left.contains(&guess) => Some(guess),
+            // One more than what fits is tried in the end.
+            guess if guess == self.fits => Some(guess + 1),
+            _ => Some(self.fits.midpoint(self.exceeds)),
+        }
+    }
+
+    /// So many fit, and about so many more would.
+    pub fn fit(&mut self, keys: u32, more: u32) {
+        (self.fits, self.guess) = (keys, keys.saturating_add(more));
+    }
+
+    /// So many do not fit; about so many fewer would, where that is known.
+    pub fn exceed(&mut self, keys: u32, fewer: Option<u32>) {
+        (self.exceeds, self.guess) = (keys, fewer.map_or(0, |fewer| keys.saturating_sub(fewer)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many keys fit of those that take so many cycles, and after how many tries it is known.
+    /// What is told of `told` cycles a key is all that the search knows.
+    fn found(least: u32, most: u32, told: i64, left: impl Fn(u32) -> Option<i64>) -> (u32, u32) {
+        let more = |left: i64| (left / told) as u32;
+        let first = left(least).expect("bounded");
+        let (mut between, mut fits, mut tries) = (Between::new(least, more(first), most), least, 0);
+        while let Some(keys) = between.next() {
+            assert!(keys > fits && keys <= most, "{keys} of {between:?}");
+            tries += 1;
+            match left(keys) {
+                Some(left) if left >= 0 => {
+                    fits = keys;
+                    between.fit(keys, more(left));
+                }
+                left => {
+                    let fewer = left.map(|left| -left.div_euclid(told));
+                    between.exceed(keys, fewer.map(|fewer| fewer as u32));
+                }
+            }
+        }
+        (fits, tries)
+    }
+
+    #[test]
+    fn a_guess_that_is_right_is_tried_with_its_neighbour() {
+        for fit in 2..=510 {
+            let exact = |keys: u32| Some(i64::from(fit * 20) - i64::from(keys * 20));
+            let (keys, tries) = found(2, 510, 20, exact);
+            assert_eq!(keys, fit);
+            assert!(tries <= 2, "{fit}: {tries}");
+        }
+    }
+
+    /// As of 249 springs, where 259 looked right at first.
+    #[test]
+    fn what_grows_around_keys_takes_few_tries() {
+        for (around, told) in [(5, 100), (10, 100), (40, 100), (-10, 100), (30, 20)] {
+            let left = |keys: u32| Some(26_000 - i64::from(keys) * (told + around));
+            let (keys, tries) = found(2, 510, told, left);
+            assert!(left(keys) >= Some(0) && (keys == 510 || left(keys + 1) < Some(0)));
+            assert!(tries <= 8, "{around} of {told}: {tries}");
+        }
+    }
+
+    /// Where keys leave the near memory, or have no bound, nobody can guess.
+    #[test]
+    fn steps_are_found_by_halves() {
+        for step in 3..=510 {
+            let far = |keys: u32| Some(if keys < step { 90_000 } else { -90_000 });
+            let none = |keys: u32| (keys < step).then_some(90_000);
+            for (keys, tries) in [found(2, 510, 100, far), found(2, 510, 100, none)] {
+                assert_eq!(keys, step - 1);
+                assert!(tries <= 11, "{step}: {tries}");
+            }
+        }
+        assert_eq!(found(1, 1, 100, |_| Some(500)), (1, 0));
+    }
+}
