@@ -9,6 +9,7 @@ use whippen_ids::IdMap;
 use whippen_lang::model::dag::Real;
 use whippen_lang::model::fold::fold;
 use whippen_lang::model::{Cmp, Dag, Interval, Model, Node, NodeId};
+use whippen_lang::range::LIMIT;
 use whippen_source::Span;
 
 pub(super) struct Rewriter<'a> {
@@ -364,7 +365,12 @@ impl<'a> Rewriter<'a> {
             let cmp = if c > 0.0 { cmp } else { flipped(cmp) };
             return self.compare(cmp, factor, zero);
         }
-        let threshold = self.add(Node::Const(Real(-difference.constant / c + 0.0)));
+        let threshold = -difference.constant / c + 0.0;
+        // No value reaches so far: as it stands it is decided by ranges.
+        if threshold.abs() > LIMIT {
+            return self.add(Node::Compare(cmp, a, b));
+        }
+        let threshold = self.add(Node::Const(Real(threshold)));
         let cmp = if c > 0.0 { cmp } else { flipped(cmp) };
         self.add(Node::Compare(cmp, x, threshold))
     }
