@@ -6,6 +6,13 @@ use super::{
     Claims, Ends, covers, hull, intervals, pairs, pairs_of_intervals, run, where_holds, words,
 };
 
+/// Comparisons and results keep the words that may be.
+pub fn comparisons_and_results<C: Claims>() {
+    comparisons::<C>();
+    conditions::<C>();
+    results::<C>();
+}
+
 /// N, Z, C, V of a difference.
 fn flags(x: i32, y: i32) -> [bool; 4] {
     let (difference, overflow) = x.overflowing_sub(y);
@@ -44,7 +51,7 @@ fn is_exact(cond: Cond, [a, b]: [[i32; 2]; 2]) -> bool {
 }
 
 /// Whatever pair of words a condition holds for is kept, and nothing else where it is told.
-pub fn comparisons<C: Claims>() {
+fn comparisons<C: Claims>() {
     let mut cases = [0; 2];
     for [a, b] in pairs_of_intervals() {
         let compared: C = run(&[(0, a), (1, b)], &["cmp r0, r1"]);
@@ -82,7 +89,7 @@ pub fn comparisons<C: Claims>() {
 }
 
 /// A condition that holds leaves no room for its inverse, and none for what its values exclude.
-pub fn conditions<C: Claims>() {
+fn conditions<C: Claims>() {
     let compared: C = run(&[(0, [i32::MIN, i32::MAX]), (1, [5, 7])], &["cmp r0, r1"]);
     for (cond, inverse) in Cond::ALL.into_iter().filter_map(|c| Some((c, c.invert()?))) {
         let mut claims = compared.clone();
@@ -117,7 +124,7 @@ pub fn conditions<C: Claims>() {
 }
 
 /// The sign and the zero of a result, and of what it was made of by a subtraction.
-pub fn results<C: Claims>() {
+fn results<C: Claims>() {
     for a in intervals() {
         for (text, by) in [("adds r2, r0, #0", 0), ("subs r2, r0, #1", 1)] {
             let made: C = run(&[(0, a)], &[text]);

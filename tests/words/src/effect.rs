@@ -4,6 +4,14 @@ use whippen_isa::Cond;
 
 use super::{ANY, Claims, Ends, covers, hull, pairs, pairs_of_intervals, run, where_holds};
 
+/// Instructions make what their words make.
+pub fn instructions<C: Claims>() {
+    made::<C>();
+    products::<C>();
+    loads_and_constants::<C>();
+    flags_of_texts::<C>();
+}
+
 /// What is told of a result.
 #[derive(Clone, Copy)]
 enum Told {
@@ -107,7 +115,7 @@ fn wrapped([low, high]: Ends) -> Ends {
 }
 
 /// An instruction makes of intervals what it makes of their words.
-pub fn made<C: Claims>() {
+fn made<C: Claims>() {
     for &(text, value, told) in MADE {
         for [a, b] in pairs_of_intervals() {
             let found = run::<C>(&[(0, a), (1, b)], &[text]).ends(2);
@@ -131,7 +139,7 @@ pub fn made<C: Claims>() {
 }
 
 /// Sums of products lie between those of their corners.
-pub fn products<C: Claims>() {
+fn products<C: Claims>() {
     for [a, b] in pairs_of_intervals() {
         let known = [(0, a), (1, b), (3, [10, 20])];
         let found = run::<C>(&known, &["mla r2, r0, r1, r3"]).ends(2);
@@ -145,7 +153,7 @@ pub fn products<C: Claims>() {
 
 /// Constants in two halves, constants beside the code, what loads of less than a word may read, and
 /// what is not known.
-pub fn loads_and_constants<C: Claims>() {
+fn loads_and_constants<C: Claims>() {
     let of_r2 = |texts: &[&str]| run::<C>(&[(0, [0, 9])], texts).ends(2);
     let halves = ["movw r2, #0x5678", "movt r2, #0x1234"];
     assert_eq!(of_r2(&halves), [0x1234_5678; 2]);
@@ -182,7 +190,7 @@ pub fn loads_and_constants<C: Claims>() {
 }
 
 /// What texts compare or show: a condition then narrows R0.
-pub fn flags_of_texts<C: Claims>() {
+fn flags_of_texts<C: Claims>() {
     for (text, cond, left) in [
         ("cmp r0, #3", Cond::GT, [4, 10]),
         ("subs r2, r0, #3", Cond::LT, [-10, 2]),

@@ -5,8 +5,8 @@
 mod comparison;
 mod effect;
 
-pub use comparison::{comparisons, conditions, results};
-pub use effect::{flags_of_texts, loads_and_constants, made, products};
+pub use comparison::comparisons_and_results;
+pub use effect::instructions;
 
 use whippen_isa::{Arch, Cond, Inst, parse};
 
@@ -34,7 +34,7 @@ pub trait Claims: Clone {
 }
 
 /// Several texts, one after the other.
-fn run<C: Claims>(known: &[(u8, [i32; 2])], texts: &[&str]) -> C {
+pub fn run<C: Claims>(known: &[(u8, [i32; 2])], texts: &[&str]) -> C {
     texts.iter().fold(C::of(known), |mut claims, text| {
         claims.execute(&parse(text, Arch::V8M, None).expect("an instruction"));
         claims

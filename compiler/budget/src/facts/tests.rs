@@ -42,17 +42,12 @@ impl Claims for Facts {
 
 #[test]
 fn comparisons_and_results_keep_the_words_that_may_be() {
-    whippen_words::comparisons::<Facts>();
-    whippen_words::conditions::<Facts>();
-    whippen_words::results::<Facts>();
+    whippen_words::comparisons_and_results::<Facts>();
 }
 
 #[test]
 fn instructions_make_what_their_words_make() {
-    whippen_words::made::<Facts>();
-    whippen_words::products::<Facts>();
-    whippen_words::loads_and_constants::<Facts>();
-    whippen_words::flags_of_texts::<Facts>();
+    whippen_words::instructions::<Facts>();
 }
 
 /// What a text leaves in R2, with R0 between these two.
@@ -128,15 +123,7 @@ fn it_is_known_where_all_paths_know_it() {
 
 /// After texts, from R0 between two.
 fn after(r0: [i32; 2], texts: &[&str]) -> Facts {
-    texts
-        .iter()
-        .fold(<Facts as Claims>::of(&[(0, r0)]), |mut facts, text| {
-            Claims::execute(
-                &mut facts,
-                &parse(text, Arch::V8M, None).expect("an instruction"),
-            );
-            facts
-        })
+    whippen_words::run(&[(0, r0)], texts)
 }
 
 /// Where a condition leaves R0.
