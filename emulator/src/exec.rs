@@ -30,16 +30,10 @@ use crate::stop::{FaultKind, Reason};
 use whippen_isa::imm::thumb_imm_carry;
 use whippen_isa::{Cond, Inst, ShiftType};
 
-/// Conditions by their number.
-const CONDITIONS: [Cond; 15] = {
-    use Cond::*;
-    [EQ, NE, CS, CC, MI, PL, VS, VC, HI, LS, GE, LT, GT, LE, AL]
-};
-
-/// The function for a condition, of a function for each.
+/// The function for a condition, of a function for each of `Cond::ALL`.
 macro_rules! by_condition {
     ($cond:expr, $function:ident) => {
-        match $cond.map_or(14, |cond| cond as u8) {
+        match $cond.map_or(14, whippen_isa::Cond::bits) {
             0 => $function::<0>,
             1 => $function::<1>,
             2 => $function::<2>,
@@ -172,11 +166,9 @@ fn amount(inst: &Inst) -> u8 {
     }
 }
 
-/// Tests the condition and remembers the answer for timing.
+/// Does it where the condition holds.
 fn conditional<const COND: u8>(cpu: &mut Cpu, bus: &mut Bus, op: &Op) -> Flow {
-    let holds = cpu.holds(CONDITIONS[COND as usize]);
-    cpu.outcomes = cpu.outcomes << 1 | u64::from(holds);
-    if !holds {
+    if !cpu.passes::<COND>() {
         return Flow::Next;
     }
     cpu.r[15] = op.pc();
@@ -195,6 +187,20 @@ pub(crate) fn undefined(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
 }
 
 impl Cpu {
+    /// Whether a condition of `Cond::ALL` holds, which is remembered for timing.
+    #[inline(always)]
+    pub(crate) fn passes<const COND: u8>(&mut self) -> bool {
+        let holds = self.holds(Cond::ALL[COND as usize]);
+        self.remember(holds);
+        holds
+    }
+
+    /// Remembers for timing whether something was passed.
+    #[inline(always)]
+    pub(crate) fn remember(&mut self, passed: bool) {
+        self.outcomes = self.outcomes << 1 | u64::from(passed);
+    }
+
     #[inline(always)]
     pub(crate) fn rd(&self, op: &Op) -> u32 {
         self.r[(op.d & 15) as usize]

@@ -43,9 +43,7 @@ impl Cpu {
 
 /// B with a condition: whether it is taken is remembered for timing.
 fn conditional<const COND: u8>(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
-    let holds = cpu.holds(super::CONDITIONS[COND as usize]);
-    cpu.outcomes = cpu.outcomes << 1 | u64::from(holds);
-    if holds {
+    if cpu.passes::<COND>() {
         cpu.branch_write_pc(op.imm)
     } else {
         Flow::Next
@@ -63,7 +61,7 @@ fn link(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
 
 fn compare<const ZERO: bool>(cpu: &mut Cpu, _: &mut Bus, op: &Op) -> Flow {
     let taken = (cpu.rn(op) == 0) == ZERO;
-    cpu.outcomes = cpu.outcomes << 1 | u64::from(taken);
+    cpu.remember(taken);
     if taken {
         cpu.branch_write_pc(op.imm)
     } else {
