@@ -19,12 +19,14 @@ pub(super) struct Between {
 impl Between {
     /// So many are known to fit, and about so many more would; there may be at most `most`.
     pub fn new(fits: u32, more: u32, most: u32) -> Between {
-        Between {
+        let mut between = Between {
             fits,
             exceeds: most + 1,
             most,
-            guess: fits.saturating_add(more),
-        }
+            guess: fits,
+        };
+        between.fit(fits, more);
+        between
     }
 
     /// What to try next; none where it is known.
@@ -35,15 +37,13 @@ impl Between {
             _ if left.is_empty() => None,
             guess if guess >= self.exceeds && !is_tried => Some(self.most),
             guess if left.contains(&guess) => Some(guess),
-            // One more than what fits is tried in the end.
-            guess if guess == self.fits => Some(guess + 1),
             _ => Some(self.fits.midpoint(self.exceeds)),
         }
     }
 
-    /// So many fit, and about so many more would.
+    /// So many fit, and about so many more would; one more is tried in any case.
     pub fn fit(&mut self, keys: u32, more: u32) {
-        (self.fits, self.guess) = (keys, keys.saturating_add(more));
+        (self.fits, self.guess) = (keys, keys.saturating_add(more.max(1)));
     }
 
     /// So many do not fit; about so many fewer would, where that is known.
