@@ -40,6 +40,12 @@ pub(super) struct Leads {
 }
 
 impl Flow<'_> {
+    /// How many instructions there may be, about.
+    pub(super) fn instructions(&self) -> usize {
+        let bytes: usize = self.sections.iter().map(|(_, bytes)| bytes.len()).sum();
+        bytes / 3
+    }
+
     /// The instruction at an address, by its place in an IT block.
     pub(super) fn inst(&self, at: u32, it: ItState) -> Option<Inst> {
         let mut decoded = self.decoded.borrow_mut();

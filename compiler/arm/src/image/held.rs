@@ -1,7 +1,9 @@
 //! How far the registers of a mode's code are from where they pointed when it was entered, and
 //! whether the key's next mode is still to be stored: a must analysis, forward.
 
-use std::collections::BTreeMap;
+use std::collections::hash_map::Entry;
+
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use super::flow::{Flow, state_at};
 use whippen_isa::{Class, Inst, ItState, Op};
@@ -59,14 +61,16 @@ fn step(inst: &Inst, register: u8) -> Option<i32> {
     }
 }
 
-/// What holds at each instruction that is reached from `from` without leaving the code before `to`.
-/// The register `record` points at the record.
-pub(super) fn held(flow: &Flow, from: u32, to: u32, record: u8) -> BTreeMap<u32, Held> {
+/// What holds at each instruction that is reached from `from` without leaving the code before `to`,
+/// by address. The register `record` points at the record.
+pub(super) fn held(flow: &Flow, from: u32, to: u32, record: u8) -> Vec<(u32, Held)> {
     let entry = Held {
         moved: [Some(0); 16],
         unchanged: true,
     };
-    let mut all = BTreeMap::from([(from, (entry, ItState::OUTSIDE))]);
+    let instructions_max = (to.saturating_sub(from) / 2) as usize;
+    let mut all = FxHashMap::with_capacity_and_hasher(instructions_max, FxBuildHasher);
+    all.insert(from, (entry, ItState::OUTSIDE));
     let mut open = vec![from];
     while let Some(at) = open.pop() {
         let Some((before, it)) = all.get(&at).copied() else {
@@ -78,15 +82,21 @@ pub(super) fn held(flow: &Flow, from: u32, to: u32, record: u8) -> BTreeMap<u32,
         let behind = before.behind(&inst, record);
         let inside = |next: &u32| (from + 1..to).contains(next);
         for next in flow.leads(&inst, at).to.into_iter().filter(inside) {
-            let known = all.get(&next);
-            let known = known.map_or(behind, |(known, _)| known.meet(&behind));
-            let place = (known, state_at(next, at, &inst, it));
-            if all.insert(next, place).map(|(before, _)| before) != Some(known) {
+            let it = state_at(next, at, &inst, it);
+            let (known, is_new) = match all.entry(next) {
+                Entry::Vacant(place) => (place.insert((behind, it)), true),
+                Entry::Occupied(place) => (place.into_mut(), false),
+            };
+            let met = known.0.meet(&behind);
+            if is_new || met != known.0 {
+                *known = (met, it);
                 open.push(next);
             }
         }
     }
-    all.into_iter().map(|(at, (held, _))| (at, held)).collect()
+    let mut all: Vec<(u32, Held)> = all.into_iter().map(|(at, (held, _))| (at, held)).collect();
+    all.sort_unstable_by_key(|(at, _)| *at);
+    all
 }
 
 /// Whether an instruction may store to the first word of the record, from which its register is so

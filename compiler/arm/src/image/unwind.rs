@@ -17,9 +17,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
-use super::flow::{Flow, Leads, state_at};
+use super::flow::{Flow, state_at};
 use crate::control::Control;
 use crate::stack::{loaded_slot, moved, stored_slot};
 use whippen_isa::{Inst, ItState, reg};
@@ -63,13 +63,15 @@ impl Row {
 pub(super) fn rows(flow: &Flow) -> Vec<Row> {
     let mut unwind = Unwind {
         flow,
-        frames: FxHashMap::default(),
+        frames: FxHashMap::with_capacity_and_hasher(flow.instructions(), FxBuildHasher),
         entries: BTreeMap::new(),
-        changed: BTreeMap::new(),
+        changed: FxHashMap::default(),
     };
     unwind.find_entries();
-    // What callees change is found with what they were found to change so far, until it is all.
-    while unwind.follow_all() {}
+    let (order, is_settled) = unwind.callees_first();
+    // Where callees cannot all come first, what they change is found with what they were found to
+    // change so far, until it is all.
+    while unwind.follow_all(&order) && !is_settled {}
     let frames = unwind.frames.into_iter();
     let mut rows: Vec<Row> = frames.map(|(at, (frame, _))| frame.row(at)).collect();
     rows.sort_unstable_by_key(|row| row.at);
@@ -188,11 +190,17 @@ struct Unwind<'a> {
     flow: &'a Flow<'a>,
     /// What holds before each instruction, and its place in an IT block.
     frames: FxHashMap<u32, (Frame, ItState)>,
-    /// Addresses that are called, or named as functions and not branched to from inside another,
-    /// and whether each returns.
-    entries: BTreeMap<u32, bool>,
+    /// Addresses that are called, or named as functions and not branched to from inside another.
+    entries: BTreeMap<u32, Entry>,
     /// The registers that each function does not keep, as bits.
-    changed: BTreeMap<u32, u16>,
+    changed: FxHashMap<u32, u16>,
+}
+
+/// A function as it is entered.
+struct Entry {
+    returns: bool,
+    /// What it calls and where it branches to.
+    leads_to: BTreeSet<u32>,
 }
 
 impl Unwind<'_> {
@@ -209,21 +217,21 @@ impl Unwind<'_> {
         let mut open: Vec<u32> = functions.filter(|at| !inside.contains(at)).collect();
         while let Some(entry) = open.pop() {
             let is_code = self.flow.inst(entry, ItState::OUTSIDE).is_some();
-            if !is_code || self.entries.contains_key(&entry) {
-                continue;
+            if is_code && !self.entries.contains_key(&entry) {
+                let found = self.entry(entry, &mut open);
+                self.entries.insert(entry, found);
             }
-            let mut returns = false;
-            self.walk(entry, &mut |_, leads| {
-                open.extend(leads.calls.iter().flatten());
-                returns |= leads.returns;
-            });
-            self.entries.insert(entry, returns);
         }
     }
 
-    /// Every instruction that is reached from an entry without leaving the function.
-    fn walk(&self, entry: u32, seen: &mut dyn FnMut(u32, &Leads)) {
-        let (mut open, mut done) = (vec![(entry, ItState::OUTSIDE)], BTreeSet::new());
+    /// A function, from every instruction that is reached without leaving it; what it calls is
+    /// added to `called`.
+    fn entry(&self, entry: u32, called: &mut Vec<u32>) -> Entry {
+        let (mut open, mut done) = (vec![(entry, ItState::OUTSIDE)], FxHashSet::default());
+        let mut found = Entry {
+            returns: false,
+            leads_to: BTreeSet::new(),
+        };
         while let Some((at, it)) = open.pop() {
             if !done.insert(at) {
                 continue;
@@ -232,61 +240,96 @@ impl Unwind<'_> {
                 continue;
             };
             let leads = self.flow.leads(&inst, at);
-            open.extend(
-                leads
-                    .to
-                    .iter()
-                    .map(|to| (*to, state_at(*to, at, &inst, it))),
-            );
-            seen(at, &leads);
+            found.returns |= leads.returns;
+            called.extend(leads.calls.iter().flatten());
+            found.leads_to.extend(leads.calls.iter().flatten());
+            for to in leads.to {
+                open.push((to, state_at(to, at, &inst, it)));
+                if to != entry && to != at + inst.size() {
+                    found.leads_to.insert(to);
+                }
+            }
         }
+        found
     }
 
-    /// Follows all functions; whether one was found to change more than was known.
-    fn follow_all(&mut self) -> bool {
-        self.frames.clear();
-        let mut changed = self.changed.clone();
-        let mut open = Vec::new();
-        for (&entry, &returns) in &self.entries {
-            let frame = Frame::entry(entry, returns);
-            self.frames.insert(entry, (frame, ItState::OUTSIDE));
-            open.push(entry);
-        }
-        while let Some(at) = open.pop() {
-            let Some((frame, it)) = self.frames.get(&at).cloned() else {
-                continue;
-            };
-            let Some(inst) = self.flow.inst(at, it) else {
-                self.frames.remove(&at);
-                continue;
-            };
-            let leads = self.flow.leads(&inst, at);
-            let mut behind = frame;
-            behind.execute(&inst);
-            for called in &leads.calls {
-                let all = called.and_then(|called| self.changed.get(&called));
-                behind.call(all.copied().unwrap_or(0));
-            }
-            if leads.calls_anybody {
-                behind.call(0xff0);
-            }
-            if leads.returns {
-                let lost = (4..12).filter(|r| behind.registers[usize::from(*r)] != Some(*r));
-                let bits = lost.fold(0, |bits, r| bits | 1 << r);
-                *changed.entry(behind.function).or_default() |= bits;
-            }
-            for to in leads.to {
-                if self.entries.contains_key(&to) && to != behind.function {
-                    // It goes on as if it had been called by our caller.
-                    let all = self.changed.get(&to).copied().unwrap_or(0);
-                    *changed.entry(behind.function).or_default() |= all;
-                    continue;
+    /// All functions, each behind those that it calls or goes on to, and whether that can be: not
+    /// where one leads to itself.
+    fn callees_first(&self) -> (Vec<u32>, bool) {
+        let (mut order, mut places) = (Vec::new(), FxHashMap::default());
+        let mut is_settled = true;
+        for first in self.entries.keys() {
+            let mut open = vec![(*first, false)];
+            while let Some((at, is_done)) = open.pop() {
+                if is_done {
+                    places.insert(at, true);
+                    order.push(at);
+                } else if let Some(is_done) = places.get(&at) {
+                    is_settled &= is_done;
+                } else if let Some(entry) = self.entries.get(&at) {
+                    places.insert(at, false);
+                    open.push((at, true));
+                    open.extend(entry.leads_to.iter().map(|to| (*to, false)));
                 }
-                let it = state_at(to, at, &inst, it);
-                self.arrive(to, &behind, it, &mut open);
             }
         }
-        std::mem::replace(&mut self.changed, changed) != self.changed
+        (order, is_settled)
+    }
+
+    /// Follows all functions in this order; whether one was found to change more than was known.
+    fn follow_all(&mut self, order: &[u32]) -> bool {
+        self.frames.clear();
+        let mut more = false;
+        for entry in order {
+            let frame = Frame::entry(*entry, self.entries[entry].returns);
+            self.frames.insert(*entry, (frame, ItState::OUTSIDE));
+        }
+        for entry in order {
+            let mut open = vec![*entry];
+            while let Some(at) = open.pop() {
+                more |= self.follow(at, &mut open);
+            }
+        }
+        more
+    }
+
+    /// Follows the instruction at an address; whether its function was found to change more.
+    fn follow(&mut self, at: u32, open: &mut Vec<u32>) -> bool {
+        let Some((frame, it)) = self.frames.get(&at).cloned() else {
+            return false;
+        };
+        let Some(inst) = self.flow.inst(at, it) else {
+            self.frames.remove(&at);
+            return false;
+        };
+        let leads = self.flow.leads(&inst, at);
+        let mut behind = frame;
+        behind.execute(&inst);
+        let changes = |changed: &FxHashMap<u32, u16>, function: u32| {
+            changed.get(&function).copied().unwrap_or(0)
+        };
+        for called in &leads.calls {
+            behind.call(called.map_or(0, |called| changes(&self.changed, called)));
+        }
+        if leads.calls_anybody {
+            behind.call(0xff0);
+        }
+        let mut changed = 0;
+        if leads.returns {
+            let lost = (4..12).filter(|r| behind.registers[usize::from(*r)] != Some(*r));
+            changed |= lost.fold(0, |bits, r| bits | 1 << r);
+        }
+        for to in leads.to {
+            if self.entries.contains_key(&to) && to != behind.function {
+                // It goes on as if it had been called by our caller.
+                changed |= changes(&self.changed, to);
+                continue;
+            }
+            let it = state_at(to, at, &inst, it);
+            self.arrive(to, &behind, it, open);
+        }
+        let known = self.changed.entry(behind.function).or_default();
+        std::mem::replace(known, *known | changed) != *known | changed
     }
 
     fn arrive(&mut self, at: u32, frame: &Frame, it: ItState, open: &mut Vec<u32>) {

@@ -301,7 +301,6 @@ pub(super) fn add_locals(
     let (own, base) = (of.own, of.code.base);
     let (from, to) = (base + of.range.0, base + of.range.0 + of.range.1);
     let held = held(program.flow, from, to, From::Record.register());
-    let held: Vec<(u32, Held)> = held.into_iter().collect();
     let live = |own: &&Variable| own.name.starts_with("live_") && own.array.is_empty();
     let all = own
         .shared
