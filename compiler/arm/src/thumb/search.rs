@@ -74,6 +74,8 @@ struct CompiledMode {
     chosen: Chosen,
     /// How many strategies were tried to the end; the first is not yet reordered where this is 0.
     tried: usize,
+    /// The code by the first strategy, reordered, and its cycles.
+    first: Option<(Allocated, u64)>,
 }
 
 /// How the code of a mode came about.
@@ -192,6 +194,7 @@ fn compile_each(
                 reordered: false,
             },
             tried: 0,
+            first: None,
         })
     };
     parallel::map(modes.to_vec(), compile).into_iter().collect()
@@ -205,19 +208,25 @@ fn improve_worst(
     all: &mut IdMap<ModeId, CompiledMode>,
 ) -> Result<(), ThumbError> {
     let cache = OrderCache::default();
-    for _ in 0..CANDIDATES_MAX + all.len() {
+    let attempts = CANDIDATES_MAX + all.len();
+    for attempt in 0..attempts {
         let Some(mode) = worst_open_mode(all) else {
             break;
         };
+        if all[mode].tried == 0 && all[mode].first.is_none() {
+            reorder_first(compiler, all, attempts - attempt, &cache)?;
+        }
         let best = &mut all[mode];
         let strategy = STRATEGIES[best.tried];
-        let mut code = if best.tried == 0 {
-            best.code.clone()
-        } else {
-            let func = compiler.select(CompileUnit::Mode(mode), strategy, literals);
-            compiler.allocate_scheduled(func, promotions, strategy)?.0
+        let (code, cycles) = match best.first.take() {
+            Some(first) => first,
+            None => {
+                let func = compiler.select(CompileUnit::Mode(mode), strategy, literals);
+                let (mut code, _) = compiler.allocate_scheduled(func, promotions, strategy)?;
+                let cycles = compiler.reorder(&mut code, &cache)?;
+                (code, cycles)
+            }
         };
-        let cycles = compiler.reorder(&mut code, &cache)?;
         if best.tried == 0 || cycles < best.cycles {
             best.code = code;
             best.cycles = cycles;
@@ -231,6 +240,29 @@ fn improve_worst(
     Ok(())
 }
 
+/// Reorders so many modes at most of those whose turn it will be: each that is close to the worst
+/// stays so, as the worst only gets better.
+fn reorder_first(
+    compiler: &Compiler,
+    all: &mut IdMap<ModeId, CompiledMode>,
+    modes_max: usize,
+    cache: &OrderCache,
+) -> Result<(), ThumbError> {
+    let mut close: Vec<ModeId> = open_modes(all).collect();
+    close.retain(|mode| all[mode].tried == 0 && all[mode].first.is_none());
+    close.sort_by_key(|mode| std::cmp::Reverse(all[mode].cycles));
+    close.truncate(modes_max);
+    let reordered = parallel::map(close.clone(), |mode| {
+        let mut code = all[mode].code.clone();
+        let cycles = compiler.reorder(&mut code, cache)?;
+        Ok((code, cycles))
+    });
+    for (mode, found) in close.into_iter().zip(reordered) {
+        all[mode].first = Some(found?);
+    }
+    Ok(())
+}
+
 /// How many strategies a mode has.
 fn candidates(mode: &CompiledMode) -> usize {
     let mut blocks = mode.code.blocks.iter();
@@ -238,12 +270,16 @@ fn candidates(mode: &CompiledMode) -> usize {
     STRATEGIES.len() - if has_long { 0 } else { FOR_LONG }
 }
 
-/// The mode with most cycles, of those that have a candidate left and come close to the worst;
-/// the first of several.
+/// The modes that have a candidate left and come close to the worst.
+fn open_modes(all: &IdMap<ModeId, CompiledMode>) -> impl Iterator<Item = ModeId> {
+    let worst = all.iter().map(|mode| mode.cycles).max().unwrap_or(0);
+    let is_open = move |mode: &CompiledMode| {
+        mode.tried < candidates(mode) && mode.cycles + CLOSE_CYCLES >= worst
+    };
+    all.ids().filter(move |mode| is_open(&all[mode]))
+}
+
+/// The one of these with most cycles, the first of several.
 fn worst_open_mode(all: &IdMap<ModeId, CompiledMode>) -> Option<ModeId> {
-    let worst = all.iter().map(|mode| mode.cycles).max()?;
-    let is_open =
-        |mode: &CompiledMode| mode.tried < candidates(mode) && mode.cycles + CLOSE_CYCLES >= worst;
-    let open = all.ids().filter(|mode| is_open(&all[mode]));
-    open.max_by_key(|mode| (all[mode].cycles, std::cmp::Reverse(*mode)))
+    open_modes(all).max_by_key(|mode| (all[mode].cycles, std::cmp::Reverse(*mode)))
 }
