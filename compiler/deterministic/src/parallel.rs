@@ -40,7 +40,12 @@ pub fn map_with<T: Send, S, R: Send>(
     all.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Two results, found at once where there are threads (a module in a browser has one).
+/// Whether two threads run at once. (A module in a browser has one.)
+pub fn has_threads() -> bool {
+    !cfg!(target_family = "wasm") && thread::available_parallelism().is_ok_and(|n| n.get() > 1)
+}
+
+/// Two results, found at once where there are threads.
 pub fn both<A: Send, B>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B) -> (A, B) {
     if cfg!(target_family = "wasm") {
         return (a(), b());

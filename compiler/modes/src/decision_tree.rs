@@ -4,10 +4,12 @@
 use super::benefit::{Benefits, Candidate, Limit, Lists};
 use super::graph::{Graph, Kind, NodeId};
 use super::partial_eval::{PartialEval, Path};
+use super::reach::{self, Limits};
 use super::tick::Tick;
 use super::tuning;
-use super::{decision_order, facts, reach};
+use super::{decision_order, facts};
 use std::rc::Rc;
+use std::sync::atomic::Ordering;
 use whippen_kernel::{Op, Range, Type};
 use whippen_target_info::BRANCH_CYCLES;
 
@@ -75,10 +77,8 @@ impl Decisions {
 pub(super) struct Grower<'a, 'k> {
     pub graph: &'a mut Graph<'k>,
     pub discrete: &'a [Discrete],
-    /// How many leaves are left.
-    pub leaves: usize,
-    /// How many nodes may be visited.
-    pub work_max: u64,
+    /// What is left of it.
+    pub limits: Limits<'a>,
     pub eval: PartialEval,
     pub lists: Lists,
     /// Least saving, in cycles, for a branch that is not needed to find the next mode.
@@ -124,7 +124,11 @@ impl Grower<'_, '_> {
         &mut self,
         grow: impl FnOnce(&mut Self) -> Result<T, TooBig>,
     ) -> Result<T, TooBig> {
-        if self.depth > tuning::DECISIONS_DEEP || self.work() > self.work_max {
+        let limits = &self.limits;
+        if self.depth > tuning::DECISIONS_DEEP
+            || self.work() > limits.work_max
+            || limits.is_unasked.load(Ordering::Relaxed)
+        {
             return Err(TooBig);
         }
         let mark = self.eval.mark();
@@ -223,7 +227,7 @@ impl Grower<'_, '_> {
     }
 
     fn leaf(&mut self, path: Rc<Path>, tick: Tick) -> Result<Tree, TooBig> {
-        self.leaves = self.leaves.checked_sub(1).ok_or(TooBig)?;
+        self.limits.leaves = self.limits.leaves.checked_sub(1).ok_or(TooBig)?;
         let ranges = reach::ranges(self.graph, &self.eval, &tick);
         Ok(Tree::Leaf { path, tick, ranges })
     }

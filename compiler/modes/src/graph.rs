@@ -64,7 +64,7 @@ pub(super) struct EffectSource {
 }
 
 /// All nodes.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Graph<'k> {
     pub kernel: &'k Kernel,
     pub sources: Vec<EffectSource>,

@@ -24,7 +24,7 @@
 //! | --- | --- |
 //! | `graph`, `tick` | hash-consed value graph of a tick: memory read at the start and written at the end |
 //! | `partial_eval`, `facts` | partial evaluation of the graph under the facts of a path; facts by backward interval propagation |
-//! | `choose` | selection of the cells that modes are specialized on |
+//! | `search`, `choose` | the search for the cells that modes are specialized on, and in which order they are tried |
 //! | `decision_tree`, `benefit`, `decision_order` | a tree of decisions per mode, greedy by estimated benefit |
 //! | `reach` | reachable modes by a fixed point with widening and narrowing |
 //! | `gcm` | global code motion: the tree as blocks, each computation early or sunk |
@@ -47,15 +47,13 @@ mod partial_eval;
 mod print;
 mod reach;
 pub mod run;
+mod search;
 mod tick;
 mod tuning;
 pub mod verify;
 
 pub use print::Size;
 
-use decision_tree::{Decisions, Discrete};
-use graph::Graph;
-use tick::Tick;
 use whippen_ids::{IdMap, impl_id};
 use whippen_kernel::{Inst, Kernel, Range, Value, ValueInfo};
 
@@ -159,131 +157,13 @@ pub struct Target {
 /// those that tell the next mode; where it has visited too many nodes it ends with the best modes
 /// so far ([`Modes::work_limited`]).
 pub fn specialize(kernel: &Kernel, instructions: usize) -> Modes {
-    if instructions == 0 {
-        return Modes::single(kernel);
-    }
-    let work = (tuning::WORK / INSTRUCTIONS as u64).saturating_mul(instructions as u64);
-    let work = work.max(tuning::WORK);
-    let mut specializer = Specializer::new(kernel, work);
-    let mut left = std::mem::take(&mut specializer.discrete);
-    let (mut best, mut chosen) = (Modes::single(kernel), Vec::new());
-    let mut decisions = Decisions::All;
-    loop {
-        let mut more = choose::that_fit(&best, &left, instructions);
-        let Some(first) = more.first().copied() else {
-            return best;
-        };
-        while !more.is_empty() {
-            let added = more.iter().map(|at| left[*at].clone());
-            let cells: Vec<Discrete> = chosen.iter().cloned().chain(added).collect();
-            match specializer.modes(&cells, decisions, instructions) {
-                Some(tried) if tried.longest() <= best.longest() => {
-                    (best, chosen) = (tried, cells);
-                    break;
-                }
-                _ if specializer.work_left <= work / tuning::WORK_REST => {
-                    best.work_limited = true;
-                    return best;
-                }
-                // Decisions that are not needed can be exponentially many.
-                None if decisions == Decisions::All => decisions = Decisions::Successor,
-                _ => more.truncate(more.len() / 2),
-            }
-        }
-        // The first, where even that one does not do alone, is left out for good.
-        let settled = if more.is_empty() { vec![first] } else { more };
-        let others = left
-            .into_iter()
-            .enumerate()
-            .filter(|(at, _)| !settled.contains(at));
-        left = others.map(|(_, discrete)| discrete).collect();
-    }
+    search::specialize(kernel, instructions)
 }
 
 /// The modes of a kernel, told apart by all cells that can tell them apart; none if they have more
 /// instructions than this.
 pub fn specialize_fully(kernel: &Kernel, instructions: usize) -> Option<Modes> {
-    let mut specializer = Specializer::new(kernel, u64::MAX);
-    let all = std::mem::take(&mut specializer.discrete);
-    specializer.modes(&all, Decisions::All, instructions)
-}
-
-/// A tick to make modes of.
-struct Specializer<'k> {
-    graph: Graph<'k>,
-    tick: Tick,
-    start: Vec<Range>,
-    /// Cells that can tell modes apart, the most useful first.
-    discrete: Vec<Discrete>,
-    /// How many nodes may still be visited; half of them by the next try.
-    work_left: u64,
-}
-
-impl<'k> Specializer<'k> {
-    fn new(kernel: &'k Kernel, work_left: u64) -> Specializer<'k> {
-        let start = reach::after_init(kernel);
-        let mut graph = Graph::new(kernel);
-        let tick = tick::read(
-            &mut graph,
-            &kernel.tick,
-            &tick::in_memory(kernel, &kernel.tick),
-        );
-        let all = reach::discrete(&graph, &tick, &start);
-        let discrete = choose::by_gain(&mut graph, &tick, all);
-        Specializer {
-            graph,
-            tick,
-            start,
-            discrete,
-            work_left,
-        }
-    }
-
-    /// Modes told apart by these cells; none if they become too large.
-    fn modes(
-        &mut self,
-        cells: &[Discrete],
-        decisions: Decisions,
-        instructions: usize,
-    ) -> Option<Modes> {
-        let reached = reach::reach(
-            &mut self.graph,
-            &self.tick,
-            cells,
-            &self.start,
-            decisions,
-            instructions,
-            &mut self.work_left,
-        )
-        .ok()?;
-        let modes = placed(&mut self.graph, cells, &reached.into())?;
-        (modes.instructions() <= instructions).then_some(modes)
-    }
-}
-
-fn placed(
-    graph: &mut Graph,
-    discrete: &[Discrete],
-    reached: &IdMap<ModeId, reach::Reached>,
-) -> Option<Modes> {
-    let in_memory = tick::in_memory(graph.kernel, &graph.kernel.tick);
-    let knows = |mode: &reach::Reached| {
-        let ranges = mode.cells.iter().zip(&in_memory);
-        ranges
-            .map(|(range, in_memory)| range.low == range.high && !in_memory)
-            .collect::<Vec<bool>>()
-    };
-    let known: IdMap<ModeId, Vec<bool>> = reached.iter().map(knows).collect();
-    let plan = gcm::Plan {
-        discrete,
-        modes: reached,
-        known: &known,
-    };
-    Some(Modes {
-        modes: gcm::modes(graph, &plan)?,
-        kernel: graph.kernel.clone(),
-        work_limited: false,
-    })
+    search::specialize_fully(kernel, instructions)
 }
 
 impl End {

@@ -15,6 +15,7 @@ use super::partial_eval::{PartialEval, Path};
 use super::tick::{self, Tick};
 use super::tuning;
 use std::rc::Rc;
+use std::sync::atomic::AtomicBool;
 use whippen_kernel::{Kernel, Op, Range, Type};
 
 /// A mode that occurs.
@@ -117,21 +118,29 @@ pub(super) fn entry(graph: &mut Graph, cells: &[Range]) -> Facts {
     facts
 }
 
-/// All modes that occur, the first one first. Half of the work that is left may be spent on it.
+/// How far trees may grow.
+pub(super) struct Limits<'a> {
+    /// Leaves, of all trees.
+    pub leaves: usize,
+    /// Nodes that may be visited.
+    pub work_max: u64,
+    /// Whether nobody asks any more.
+    pub is_unasked: &'a AtomicBool,
+}
+
+/// All modes that occur, told apart by these cells, the first one first; and how many nodes were
+/// visited.
 pub(super) fn reach(
     graph: &mut Graph,
     tick: &Tick,
-    discrete: &[Discrete],
+    (discrete, decisions): (&[Discrete], Decisions),
     start: &[Range],
-    decisions: Decisions,
-    leaves: usize,
-    work_left: &mut u64,
-) -> Result<Vec<Reached>, TooBig> {
+    limits: Limits,
+) -> (Result<Vec<Reached>, TooBig>, u64) {
     let mut grower = Grower {
         graph,
         discrete,
-        leaves,
-        work_max: *work_left / 2,
+        limits,
         eval: PartialEval::default(),
         lists: Lists::default(),
         branch_threshold: decisions.branch_threshold(),
@@ -139,12 +148,11 @@ pub(super) fn reach(
         depth: 0,
     };
     let reached = reach_with(&mut grower, tick, start);
-    *work_left = work_left.saturating_sub(grower.work());
-    reached
+    (reached, grower.work())
 }
 
 fn reach_with(grower: &mut Grower, tick: &Tick, start: &[Range]) -> Result<Vec<Reached>, TooBig> {
-    let (discrete, leaves) = (grower.discrete, grower.leaves);
+    let (discrete, leaves) = (grower.discrete, grower.limits.leaves);
     let mut reach = Reach {
         kernel: grower.graph.kernel,
         discrete,
@@ -155,7 +163,7 @@ fn reach_with(grower: &mut Grower, tick: &Tick, start: &[Range]) -> Result<Vec<R
     reach.enter(start);
     reach.grow_all(grower, tick)?;
     let modes = reach.into_reached()?;
-    grower.leaves = leaves;
+    grower.limits.leaves = leaves;
     Ok(narrow_all(grower, tick, modes, start))
 }
 
@@ -209,11 +217,11 @@ impl Reach<'_> {
     /// Grows trees until every mode that they end in has one; all have at most as many leaves as
     /// the grower began with.
     fn grow_all(&mut self, grower: &mut Grower, tick: &Tick) -> Result<(), TooBig> {
-        let leaves = grower.leaves;
+        let leaves = grower.limits.leaves;
         while let Some(at) = self.open.pop().or_else(|| self.again.pop()) {
             let trees = self.modes.iter().filter_map(|mode| mode.tree.as_ref());
             let others: usize = trees.map(Tree::leaves).sum();
-            grower.leaves = leaves.checked_sub(others).ok_or(TooBig)?;
+            grower.limits.leaves = leaves.checked_sub(others).ok_or(TooBig)?;
             let tree = grow(grower, &self.modes[at].cells, tick)?;
             for ranges in tree.iter().flat_map(Tree::ends) {
                 self.enter(ranges);
