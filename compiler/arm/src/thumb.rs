@@ -42,6 +42,7 @@ mod after;
 mod allocate;
 mod beyond_doubt;
 mod block_layout;
+mod code_cache;
 mod compile;
 mod critical_path;
 mod dependence;
@@ -72,16 +73,20 @@ mod v6m;
 mod validate;
 mod wave;
 
+use crate::features::Features;
 use crate::image::{Object, Section, SectionKind, timing};
 use block_layout::OffPath;
+use code_cache::CodeCache;
 use compile::Compiler;
 use emit::assemble;
 use func::Allocated;
 use literal::Literals;
 use memory::Memory;
+use minst::Access;
 use object::assemble_object;
 use program::write_program;
 use search::Chosen;
+use select::WORDS_OUT;
 use state_layout::LITERALS_MAX;
 use std::borrow::Cow;
 use std::fmt;
@@ -292,7 +297,13 @@ struct Parts<'m> {
 }
 
 fn build(modes: &Modes, options: &Options, abi: Option<&TickAbi>) -> Result<Built, ThumbError> {
-    build_object(compile_parts(modes, options, abi)?, options)
+    let cache = CodeCache::of_process();
+    build_object(compile_parts(modes, options, abi, cache)?, options)
+}
+
+/// Forgets what this process has compiled, so that all is made anew: the code is the same.
+pub fn forget_compiled() {
+    CodeCache::of_process().forget();
 }
 
 /// All code with registers.
@@ -300,6 +311,7 @@ fn compile_parts<'m>(
     modes: &'m Modes,
     options: &Options,
     abi: Option<&TickAbi>,
+    cache: &CodeCache,
 ) -> Result<Parts<'m>, ThumbError> {
     if options.keys == 0 || options.keys > 1 << 16 {
         return Err(ThumbError::Keys(options.keys));
@@ -316,19 +328,26 @@ fn compile_parts<'m>(
     let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
     let shared_ranges = shared.ranges(kernel);
+    let (near, short) = layout
+        .without_distance(Features::of(core.arch))
+        .unwrap_or_else(|| (layout.clone(), 0));
     let compiler = Compiler {
         modes: &modes,
-        layout: &layout,
+        layout: &near,
         shared: &shared_ranges,
         core: &core,
+        cache,
     };
     let compiled = search::compile_modes(&compiler, &mut literals)?;
-    let made = CompiledCode {
+    let mut made = CompiledCode {
         modes: compiled.code,
         chosen: compiled.chosen,
         init: search::compile_init(&compiler, &mut literals)?,
         shared: search::compile_invariants(&compiler, &mut literals, &shared)?,
     };
+    made.modes
+        .iter_mut()
+        .for_each(|mode| put_distance(mode, short));
     layout.promoted = compiled.promotions;
     layout.close(literals.all().len());
     if layout.size.max(layout.size_apart) > 1 << 24 {
@@ -342,6 +361,14 @@ fn compile_parts<'m>(
         core,
         made,
     })
+}
+
+/// Puts in by how much words out are farther from words in than selection knew.
+fn put_distance(code: &mut Allocated, short: u32) {
+    let insts = code.blocks.iter_mut().flat_map(|block| &mut block.code);
+    for inst in insts.filter(|inst| inst.access == Access::Write(WORDS_OUT)) {
+        inst.inst.imm += short;
+    }
 }
 
 /// The object of all code and its memory.

@@ -8,6 +8,7 @@
 mod emitted;
 mod forms;
 
+use super::code_cache::CodeCache;
 use super::{Options, Parts, ThumbError, build_object, compile_parts, critical_path, names};
 use forms::{ModeForms, forms_of};
 use std::fmt::Display;
@@ -92,7 +93,7 @@ pub fn code_after(
     modes: &Modes,
     options: &Options,
 ) -> Result<Vec<Function>, ThumbError> {
-    let mut parts = compile_parts(modes, options, None)?;
+    let mut parts = compile_parts(modes, options, None, CodeCache::of_process())?;
     if pass == Pass::Emit {
         return emitted(parts, options);
     }

@@ -19,6 +19,7 @@
 //! waits for results, so nothing is scheduled there, nor reordered.
 
 use super::allocate::allocate;
+use super::code_cache::{CodeCache, Compiled, Origin};
 use super::func::{Allocated, Func};
 use super::hoist::hoist_over_branches;
 use super::literal::Literals;
@@ -39,7 +40,7 @@ use whippen_kernel::Range;
 use whippen_modes::{ModeId, Modes};
 
 /// How a function is compiled.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Hash)]
 pub(super) struct Strategy {
     /// Decisions over which a rematerializable value keeps its register.
     pub remat_distance: usize,
@@ -69,6 +70,8 @@ pub(super) struct Compiler<'a> {
     /// Where the live values lie that a tick adds, even if promises are wrong.
     pub shared: &'a [Range],
     pub core: &'a Core,
+    /// What was compiled before.
+    pub cache: &'a CodeCache,
 }
 
 impl Compiler<'_> {
@@ -116,11 +119,14 @@ impl Compiler<'_> {
         func: Func,
         promotions: &Promotions,
         strategy: Strategy,
-    ) -> Result<(Allocated, u64), ThumbError> {
-        let func = self.schedule(promotions.promote_in(func), strategy)?;
-        let code = self.allocate(&func)?;
-        let cycles = critical_path::estimate_cycles(&code, self.core);
-        Ok((code, cycles))
+    ) -> Result<Compiled, ThumbError> {
+        let origin = Origin::Selected(&func, promotions, strategy);
+        self.cache.get_or_make(&origin, self.core.arch, || {
+            let func = self.schedule(promotions.promote_in(func.clone()), strategy)?;
+            let code = self.allocate(&func)?;
+            let cycles = critical_path::estimate_cycles(&code, self.core);
+            Ok((code, cycles))
+        })
     }
 
     /// Orders blocks, and the instructions of each.
@@ -152,22 +158,27 @@ impl Compiler<'_> {
         Ok(code)
     }
 
-    /// Reorders allocated code; gives the cycles of its longest path.
+    /// Reorders allocated code; gives it with the cycles of its longest path.
     ///
     /// # Errors
     /// A pass changed what is computed: a bug.
     pub(super) fn reorder(
         &self,
-        code: &mut Allocated,
-        cache: &OrderCache,
-    ) -> Result<u64, ThumbError> {
-        if self.reorders() {
-            validated(code, |code| {
-                reorder_blocks(code, self.core, cache);
-                hoist_over_branches(code, self.core);
-            })?;
-        }
-        Ok(critical_path::worst_case_cycles(code, self.core))
+        code: &Allocated,
+        orders: &OrderCache,
+    ) -> Result<Compiled, ThumbError> {
+        let origin = Origin::Allocated(code);
+        self.cache.get_or_make(&origin, self.core.arch, || {
+            let mut code = code.clone();
+            if self.reorders() {
+                validated(&mut code, |code| {
+                    reorder_blocks(code, self.core, orders);
+                    hoist_over_branches(code, self.core);
+                })?;
+            }
+            let cycles = critical_path::worst_case_cycles(&code, self.core);
+            Ok((code, cycles))
+        })
     }
 
     /// Whether the order of instructions counts.

@@ -6,6 +6,7 @@
 use super::minst::{MInst, PReg, Reg, Register, VReg};
 use super::registers::ALL_FREE;
 use std::fmt;
+use std::hash::{Hash, Hasher};
 use std::sync::OnceLock;
 use whippen_ids::{IdMap, impl_id, longest_paths, reverse_postorder};
 use whippen_isa::Cond;
@@ -23,7 +24,7 @@ impl fmt::Display for BlockId {
 }
 
 /// A block and the values of its parameters.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct Edge<V = VReg> {
     pub block: BlockId,
     /// None after allocation, where the values are in their registers.
@@ -31,7 +32,7 @@ pub(super) struct Edge<V = VReg> {
 }
 
 /// How a block ends.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) enum Terminator<V = VReg> {
     Jump(Edge<V>),
     /// By the flags. Both blocks have no other predecessor.
@@ -70,7 +71,7 @@ pub(super) struct Block<R: Register = Reg> {
 }
 
 /// All code of a mode, or of `init`. The first block is the entry.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Hash)]
 pub(super) struct Func<R: Register = Reg> {
     pub blocks: IdMap<BlockId, Block<R>>,
     /// How many virtual registers it has.
@@ -128,6 +129,20 @@ impl<V: Copy> Terminator<V> {
             Terminator::Branch { yes, no, .. } => vec![*yes, *no],
             Terminator::NextKey(_) | Terminator::FallThrough => Vec::new(),
         }
+    }
+}
+
+/// Cycles follow from the rest.
+impl<R: Register> Hash for Block<R> {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let Block {
+            params,
+            code,
+            end,
+            rounds,
+            cycles: _,
+        } = self;
+        (params, code, end, rounds).hash(state);
     }
 }
 

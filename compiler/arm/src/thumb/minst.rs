@@ -207,7 +207,7 @@ impl Relocation {
 }
 
 /// One instruction.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Hash)]
 pub(super) struct MInst<R: Register = Reg> {
     /// What it is. Its register fields mean nothing before allocation; after, they are those of the
     /// operands, and its encoding is the shortest.

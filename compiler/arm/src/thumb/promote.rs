@@ -23,7 +23,7 @@ use whippen_isa::Op;
 const REGISTERS: [u8; PROMOTED_MAX] = [9, 8, 12, 5, 4];
 
 /// A word that is the same for all keys.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum TickConstant {
     /// At an offset in STATE.
     InState(u32),
@@ -32,7 +32,7 @@ pub(super) enum TickConstant {
 }
 
 /// Words with registers.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
 pub(super) struct Promotions {
     all: Vec<(TickConstant, u8)>,
 }

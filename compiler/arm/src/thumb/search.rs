@@ -6,7 +6,10 @@
 //! all modes counts. Candidates are tried one after the other: each may change which mode is the
 //! worst.
 
+use std::sync::Arc;
+
 use super::ThumbError;
+use super::code_cache::Compiled;
 use super::compile::{CompileUnit, Compiler, Strategy};
 use super::func::{Allocated, Func};
 use super::literal::Literals;
@@ -68,14 +71,19 @@ const STRATEGIES: [Strategy; 10] = [
 
 /// A mode's best code so far.
 struct CompiledMode {
-    code: Allocated,
-    /// Cycles of its longest path.
-    cycles: u64,
+    /// With the cycles of its longest path.
+    code: Compiled,
     chosen: Chosen,
     /// How many strategies were tried to the end; the first is not yet reordered where this is 0.
     tried: usize,
-    /// The code by the first strategy, reordered, and its cycles.
-    first: Option<(Allocated, u64)>,
+    /// The code by the first strategy, reordered.
+    first: Option<Compiled>,
+}
+
+impl CompiledMode {
+    fn cycles(&self) -> u64 {
+        self.code.1
+    }
 }
 
 /// How the code of a mode came about.
@@ -109,7 +117,7 @@ pub(super) fn compile_modes(
     }
     Ok(CompiledModes {
         chosen: all.iter().map(|mode| mode.chosen).collect(),
-        code: all.into_iter().map(|mode| mode.code).collect(),
+        code: all.into_iter().map(|mode| code(mode.code)).collect(),
         promotions,
     })
 }
@@ -120,8 +128,9 @@ pub(super) fn compile_init(
     literals: &mut Literals,
 ) -> Result<Allocated, ThumbError> {
     let func = compiler.select(CompileUnit::Init, UNSCHEDULED, literals);
-    let (code, _) = compiler.allocate_scheduled(func, &Promotions::default(), UNSCHEDULED)?;
-    Ok(code)
+    let none = Promotions::default();
+    let compiled = compiler.allocate_scheduled(func, &none, UNSCHEDULED)?;
+    Ok(code(compiled))
 }
 
 /// Compiles what a tick computes at its entry, if there is such.
@@ -134,9 +143,15 @@ pub(super) fn compile_invariants(
         return Ok(None);
     }
     let func = compiler.select(CompileUnit::Invariants(invariants), STRATEGIES[0], literals);
-    let (mut code, _) = compiler.allocate_scheduled(func, &Promotions::default(), STRATEGIES[0])?;
-    compiler.reorder(&mut code, &OrderCache::default())?;
-    Ok(Some(code))
+    let none = Promotions::default();
+    let compiled = compiler.allocate_scheduled(func, &none, STRATEGIES[0])?;
+    let reordered = compiler.reorder(&compiled.0, &OrderCache::default())?;
+    Ok(Some(code(reordered)))
+}
+
+/// The code alone.
+fn code(compiled: Compiled) -> Allocated {
+    Arc::unwrap_or_clone(compiled).0
 }
 
 /// Chooses the tick constants in registers, and compiles all modes by the first strategy: as many
@@ -158,7 +173,7 @@ fn compile_first(
     for count in 0..=candidates.len() {
         let promotions = Promotions::new(&candidates[..count]);
         let compiled = compile_each(compiler, &promotions, &funcs, &longest)?;
-        let worst = compiled.iter().map(|mode| mode.cycles).max().unwrap_or(0);
+        let worst = compiled.iter().map(CompiledMode::cycles).max().unwrap_or(0);
         match &best {
             Some((least, ..)) if worst > *least => break,
             _ => best = Some((worst, promotions, compiled)),
@@ -185,10 +200,8 @@ fn compile_each(
 ) -> Result<Vec<CompiledMode>, ThumbError> {
     let compile = |mode: ModeId| {
         let func = funcs[mode].clone();
-        let (code, cycles) = compiler.allocate_scheduled(func, promotions, STRATEGIES[0])?;
         Ok(CompiledMode {
-            code,
-            cycles,
+            code: compiler.allocate_scheduled(func, promotions, STRATEGIES[0])?,
             chosen: Chosen {
                 strategy: STRATEGIES[0],
                 reordered: false,
@@ -207,29 +220,27 @@ fn improve_worst(
     literals: &mut Literals,
     all: &mut IdMap<ModeId, CompiledMode>,
 ) -> Result<(), ThumbError> {
-    let cache = OrderCache::default();
+    let orders = OrderCache::default();
     let attempts = CANDIDATES_MAX + all.len();
     for attempt in 0..attempts {
         let Some(mode) = worst_open_mode(all) else {
             break;
         };
         if all[mode].tried == 0 && all[mode].first.is_none() {
-            reorder_first(compiler, all, attempts - attempt, &cache)?;
+            reorder_first(compiler, all, attempts - attempt, &orders)?;
         }
         let best = &mut all[mode];
         let strategy = STRATEGIES[best.tried];
-        let (code, cycles) = match best.first.take() {
+        let code = match best.first.take() {
             Some(first) => first,
             None => {
                 let func = compiler.select(CompileUnit::Mode(mode), strategy, literals);
-                let (mut code, _) = compiler.allocate_scheduled(func, promotions, strategy)?;
-                let cycles = compiler.reorder(&mut code, &cache)?;
-                (code, cycles)
+                let compiled = compiler.allocate_scheduled(func, promotions, strategy)?;
+                compiler.reorder(&compiled.0, &orders)?
             }
         };
-        if best.tried == 0 || cycles < best.cycles {
+        if best.tried == 0 || code.1 < best.cycles() {
             best.code = code;
-            best.cycles = cycles;
             best.chosen = Chosen {
                 strategy,
                 reordered: true,
@@ -246,16 +257,14 @@ fn reorder_first(
     compiler: &Compiler,
     all: &mut IdMap<ModeId, CompiledMode>,
     modes_max: usize,
-    cache: &OrderCache,
+    orders: &OrderCache,
 ) -> Result<(), ThumbError> {
     let mut close: Vec<ModeId> = open_modes(all).collect();
     close.retain(|mode| all[mode].tried == 0 && all[mode].first.is_none());
-    close.sort_by_key(|mode| std::cmp::Reverse(all[mode].cycles));
+    close.sort_by_key(|mode| std::cmp::Reverse(all[mode].cycles()));
     close.truncate(modes_max);
     let reordered = parallel::map(close.clone(), |mode| {
-        let mut code = all[mode].code.clone();
-        let cycles = compiler.reorder(&mut code, cache)?;
-        Ok((code, cycles))
+        compiler.reorder(&all[mode].code.0, orders)
     });
     for (mode, found) in close.into_iter().zip(reordered) {
         all[mode].first = Some(found?);
@@ -265,21 +274,21 @@ fn reorder_first(
 
 /// How many strategies a mode has.
 fn candidates(mode: &CompiledMode) -> usize {
-    let mut blocks = mode.code.blocks.iter();
+    let mut blocks = mode.code.0.blocks.iter();
     let has_long = blocks.any(|block| block.code.len() > LONG_BLOCK);
     STRATEGIES.len() - if has_long { 0 } else { FOR_LONG }
 }
 
 /// The modes that have a candidate left and come close to the worst.
 fn open_modes(all: &IdMap<ModeId, CompiledMode>) -> impl Iterator<Item = ModeId> {
-    let worst = all.iter().map(|mode| mode.cycles).max().unwrap_or(0);
+    let worst = all.iter().map(CompiledMode::cycles).max().unwrap_or(0);
     let is_open = move |mode: &CompiledMode| {
-        mode.tried < candidates(mode) && mode.cycles + CLOSE_CYCLES >= worst
+        mode.tried < candidates(mode) && mode.cycles() + CLOSE_CYCLES >= worst
     };
     all.ids().filter(move |mode| is_open(&all[mode]))
 }
 
 /// The one of these with most cycles, the first of several.
 fn worst_open_mode(all: &IdMap<ModeId, CompiledMode>) -> Option<ModeId> {
-    open_modes(all).max_by_key(|mode| (all[mode].cycles, std::cmp::Reverse(*mode)))
+    open_modes(all).max_by_key(|mode| (all[mode].cycles(), std::cmp::Reverse(*mode)))
 }

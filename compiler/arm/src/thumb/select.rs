@@ -50,6 +50,7 @@ use super::state_layout::StateLayout;
 use super::tick_invariant::TickInvariants;
 use compare::Relation;
 use event::EventEnd;
+pub(super) use memory::WORDS_OUT;
 use plan::Plan;
 use std::collections::BTreeMap;
 use whippen_ids::IdMap;

@@ -20,6 +20,7 @@ pub use offsets::{EVENT_MARK, EventRing, LineSlots};
 
 use super::promote::Promotions;
 use super::{Options, TickAbi};
+use crate::features::Features;
 use whippen_kernel::layout::words;
 use whippen_kernel::{Inst, Kernel, Op, Range};
 
@@ -299,6 +300,24 @@ impl StateLayout {
             });
         }
         self.literals = self.size;
+    }
+
+    /// The same as code knows it before the distance from words in to words out counts, which is
+    /// that of another number of keys otherwise, and by how much that distance is short; none where
+    /// not every such distance is a part of the instruction that stores.
+    pub(super) fn without_distance(&self, features: &Features) -> Option<(StateLayout, u32)> {
+        let short = self.outputs.checked_sub(self.inputs + self.stride)?;
+        let fits = features.legal_as_selected && short + self.stride <= features.load_offset_max;
+        fits.then(|| {
+            let outputs = self.inputs + self.stride;
+            (
+                StateLayout {
+                    outputs,
+                    ..self.clone()
+                },
+                short,
+            )
+        })
     }
 
     fn place_rows(&mut self) {

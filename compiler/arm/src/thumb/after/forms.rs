@@ -1,5 +1,6 @@
 //! The forms of a mode's code from selection to the final order of its instructions.
 
+use super::super::code_cache::CodeCache;
 use super::super::compile::{CompileUnit, Compiler};
 use super::super::func::{Allocated, Func};
 use super::super::reorder::OrderCache;
@@ -19,11 +20,13 @@ pub(super) struct ModeForms {
 /// that was chosen.
 pub(super) fn forms_of(parts: &mut Parts, mode: ModeId) -> Result<ModeForms, ThumbError> {
     let chosen = parts.made.chosen[mode];
+    let cache = CodeCache::default();
     let compiler = Compiler {
         modes: &parts.modes,
         layout: &parts.layout,
         shared: &parts.shared_ranges,
         core: &parts.core,
+        cache: &cache,
     };
     let selected = compiler.select(
         CompileUnit::Mode(mode),
@@ -33,10 +36,13 @@ pub(super) fn forms_of(parts: &mut Parts, mode: ModeId) -> Result<ModeForms, Thu
     let promoted = parts.layout.promoted.promote_in(selected.clone());
     let scheduled = compiler.schedule(promoted.clone(), chosen.strategy)?;
     let allocated = compiler.allocate(&scheduled)?;
-    let mut reordered = allocated.clone();
-    if chosen.reordered {
-        compiler.reorder(&mut reordered, &OrderCache::default())?;
-    }
+    let reordered = match chosen.reordered {
+        true => compiler
+            .reorder(&allocated, &OrderCache::default())?
+            .0
+            .clone(),
+        false => allocated.clone(),
+    };
     let expected = parts.made.modes[mode].to_string();
     if reordered.to_string() != expected {
         return Err(ThumbError::Bug(format!(

@@ -17,7 +17,7 @@ use whippen_kernel::{Op, Range, Type, Value, wave};
 use whippen_modes::ModeId;
 
 /// Places that are neither cells nor lines.
-pub(super) const WORDS_OUT: AliasClass = AliasClass::Other(Other::Drive);
+pub(in crate::thumb) const WORDS_OUT: AliasClass = AliasClass::Other(Other::Drive);
 pub(super) const PROBES: AliasClass = AliasClass::Other(Other::Probes);
 pub(super) const EVENTS: AliasClass = AliasClass::Other(Other::Events);
 pub(super) const MODE: AliasClass = AliasClass::Other(Other::Mode);
