@@ -301,11 +301,6 @@ fn build(modes: &Modes, options: &Options, abi: Option<&TickAbi>) -> Result<Buil
     build_object(compile_parts(modes, options, abi, cache)?, options)
 }
 
-/// Forgets what this process has compiled, so that all is made anew: the code is the same.
-pub fn forget_compiled() {
-    CodeCache::of_process().forget();
-}
-
 /// All code with registers.
 fn compile_parts<'m>(
     modes: &'m Modes,
