@@ -11,6 +11,7 @@ use crate::memory::Memory;
 use crate::op::Op;
 use crate::outcome::DIVIDE_BITS;
 use crate::stop::Reason;
+use crate::translate::Translated;
 use whippen_isa::timing::{Core as Timing, Timed};
 use whippen_isa::{Class, Inst, ItState, NotDecoded, Op as I, RegSet, decode, is_wide};
 
@@ -38,6 +39,7 @@ pub(crate) struct Block {
     /// Cycles of runs through some of its instructions, and what follows from whole ones.
     pub memo: Memo<Known>,
     pub links: Memo<Link>,
+    pub translated: Translated,
 }
 
 /// What counting and tracing need of an instruction.
@@ -69,6 +71,7 @@ impl Block {
             ports: 0,
             memo: Memo::default(),
             links: Memo::default(),
+            translated: Translated::default(),
         };
         let mut bits = 0;
         while block.ops.len() < LENGTH_MAX && bits < OUTCOME_BITS_MAX - DIVIDE_BITS {

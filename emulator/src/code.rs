@@ -2,6 +2,7 @@
 
 use crate::block::Block;
 use crate::memory::Memory;
+use crate::translate::{Host, Mode, translate};
 use std::collections::HashMap;
 use whippen_isa::ItState;
 use whippen_isa::timing::Core as Timing;
@@ -16,6 +17,8 @@ pub(crate) struct Code {
     by_place: HashMap<(u32, ItState), u32>,
     recent: Box<[(u32, u32); RECENT]>,
     pub timing: Timing,
+    /// What translated blocks are in.
+    pub host: Host,
 }
 
 /// No block begins at an odd address.
@@ -28,11 +31,13 @@ impl Code {
             by_place: HashMap::new(),
             recent: Box::new([NOWHERE; RECENT]),
             timing,
+            host: Host::default(),
         }
     }
 
     pub fn clear(&mut self) {
         self.blocks.clear();
+        self.host.clear();
         self.by_place.clear();
         self.recent.fill(NOWHERE);
     }
@@ -40,6 +45,12 @@ impl Code {
     /// Whether it is time to clear.
     pub fn is_full(&self) -> bool {
         self.blocks.len() >= BLOCKS_MAX
+    }
+
+    /// Translates a block that has become hot.
+    #[cold]
+    pub fn translate(&mut self, block: usize, mode: Mode) {
+        translate(&mut self.host, &mut self.blocks[block], mode);
     }
 
     /// The number of the block that begins at an address.

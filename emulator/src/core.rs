@@ -16,6 +16,7 @@ use crate::cpu::Cpu;
 use crate::memo::{Key, Known, Link, Pipes};
 use crate::op::Flow;
 use crate::outcome::Outcomes;
+use crate::translate::Mode;
 use whippen_isa::timing::{Core as Timing, Pipe, Target};
 
 /// A core with what it has decoded and counted.
@@ -94,16 +95,12 @@ impl Core {
     /// Runs one block.
     #[inline(always)]
     fn run_block(&mut self, bus: &mut Bus, number: usize) -> Run {
-        let block = &self.code.blocks[number];
         self.cpu.outcomes = 1;
-        let (mut flow, mut done) = (Flow::Next, 0);
-        for op in &block.ops {
-            flow = (op.run)(&mut self.cpu, bus, op);
-            if flow != Flow::Next {
-                break;
-            }
-            done += 1;
-        }
+        let (flow, mut done) = match self.code.blocks[number].translated.code(Mode::Alone) {
+            Some(code) => code.run(&mut self.cpu, bus),
+            None => self.interpret(bus, number),
+        };
+        let block = &self.code.blocks[number];
         done += usize::from(matches!(flow, Flow::Branch | Flow::Leave));
         match flow {
             Flow::Branch => self.cpu.it = whippen_isa::ItState::OUTSIDE,
@@ -117,6 +114,23 @@ impl Core {
             single: false,
             flow,
         }
+    }
+
+    /// Runs the instructions of a block one by one: how the last one ended, and how many ran before
+    /// it.
+    fn interpret(&mut self, bus: &mut Bus, number: usize) -> (Flow, usize) {
+        let block = &mut self.code.blocks[number];
+        if block.translated.is_due(Mode::Alone, block.ops.len()) {
+            self.code.translate(number, Mode::Alone);
+        }
+        let ops = &self.code.blocks[number].ops;
+        for (done, op) in ops.iter().enumerate() {
+            let flow = (op.run)(&mut self.cpu, bus, op);
+            if flow != Flow::Next {
+                return (flow, done);
+            }
+        }
+        (Flow::Next, ops.len())
     }
 
     /// Adds what is known to follow from a run through a whole block; the number of the next one.

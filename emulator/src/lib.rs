@@ -65,6 +65,11 @@ mod semihosting;
 mod step;
 mod stop;
 mod system;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+mod translate;
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[path = "translate/absent.rs"]
+mod translate;
 mod trap;
 mod vcd;
 

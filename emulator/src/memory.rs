@@ -201,6 +201,13 @@ impl Memory {
         self.regions.iter().find(|r| r.contains(address))
     }
 
+    /// For translated code: the numbers plus one of pages that are read and written without ado, by
+    /// address, and the first page.
+    pub(crate) fn places(&mut self) -> (*const u32, *const u32, *mut u8) {
+        let (reads, writes) = (self.reads.as_ptr(), self.writes.as_ptr());
+        (reads, writes, self.pages.as_mut_ptr().cast())
+    }
+
     /// `N` bytes, a power of two, at a multiple of `N` in a page that is read without ado.
     #[inline(always)]
     pub(crate) fn fast_read<const N: usize>(&self, address: u32) -> Option<[u8; N]> {

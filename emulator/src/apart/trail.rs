@@ -29,6 +29,9 @@ pub(super) struct Stretch {
 }
 
 impl Trail {
+    /// Where the number of the instruction is, for translated code.
+    pub(crate) const OP: usize = std::mem::offset_of!(Trail, op);
+
     pub(super) fn begin(&mut self, ports: u32) {
         self.ports = ports;
         self.accesses.clear();

@@ -1,0 +1,179 @@
+//! The only unsafe code of the emulator: calling what was translated, being called by it, and
+//! freeing it.
+
+use crate::bus::Bus;
+use crate::cpu::Cpu;
+use crate::op::{Flow, Op};
+use cranelift_codegen::ir::types::I64;
+use cranelift_codegen::ir::{AbiParam, Signature};
+use cranelift_codegen::isa::{OwnedTargetIsa, TargetFrontendConfig};
+use cranelift_codegen::settings::{self, Configurable};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_module::{Module, default_libcall_names};
+
+/// What is compiled: of a core, the bus, the maps of pages that are read and written, and the place
+/// of page number 1 less a page. How it ended, and the instruction that ended it from bit 8 on.
+type Function = unsafe extern "C" fn(*mut Cpu, *mut Bus, *const u32, *const u32, *mut u8) -> u64;
+
+/// A translated block. It is dropped with its block, before or with the host that made it.
+#[derive(Clone, Copy)]
+pub(crate) struct Code(Function);
+
+/// Addresses of the interpreter, for translated code.
+#[derive(Clone, Copy)]
+pub(crate) struct Helpers {
+    /// Runs an instruction.
+    pub run: i64,
+    /// Runs one whose condition has been met.
+    pub body: i64,
+}
+
+/// Machine code for this computer; nothing when Cranelift does not know it.
+#[derive(Default)]
+pub(crate) struct Host {
+    isa: Option<OwnedTargetIsa>,
+    module: Option<JITModule>,
+    room: FunctionBuilderContext,
+    failed: bool,
+}
+
+impl Host {
+    /// Compiles a function that is filled; nothing where that cannot be done.
+    pub fn define(
+        &mut self,
+        fill: impl FnOnce(FunctionBuilder, Helpers, TargetFrontendConfig),
+    ) -> Option<Code> {
+        if self.failed {
+            return None;
+        }
+        let code = self.try_define(fill);
+        self.failed = code.is_none();
+        code
+    }
+
+    #[allow(unsafe_code)]
+    fn try_define(
+        &mut self,
+        fill: impl FnOnce(FunctionBuilder, Helpers, TargetFrontendConfig),
+    ) -> Option<Code> {
+        let module = match &mut self.module {
+            Some(module) => module,
+            none => {
+                let isa = match &self.isa {
+                    Some(isa) => isa.clone(),
+                    None => self.isa.insert(isa()?).clone(),
+                };
+                let builder = JITBuilder::with_isa(isa, default_libcall_names());
+                none.insert(JITModule::new(builder))
+            }
+        };
+        let mut context = module.make_context();
+        context.func.signature = signature(module.make_signature(), 5);
+        let id = module
+            .declare_anonymous_function(&context.func.signature)
+            .ok()?;
+        let helpers = Helpers {
+            run: run as *const () as i64,
+            body: body as *const () as i64,
+        };
+        let builder = FunctionBuilder::new(&mut context.func, &mut self.room);
+        fill(builder, helpers, module.target_config());
+        module.define_function(id, &mut context).ok()?;
+        module.finalize_definitions().ok()?;
+        let address = module.get_finalized_function(id);
+        // SAFETY: the function was just compiled with the signature `Function`.
+        Some(Code(unsafe {
+            std::mem::transmute::<*const u8, Function>(address)
+        }))
+    }
+}
+
+impl Host {
+    /// Frees all code; nobody may have any of it.
+    #[allow(unsafe_code)]
+    pub fn clear(&mut self) {
+        if let Some(module) = self.module.take() {
+            // SAFETY: the code runs only inside `Code::run`, which has returned, and blocks with
+            // pointers to it are dropped before (`crate::code::Code::clear`) or with their core.
+            unsafe { module.free_memory() }
+        }
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        self.clear();
+    }
+}
+
+impl Code {
+    /// Runs the block: how its last instruction ended, and how many ran before that one.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub fn run(self, cpu: &mut Cpu, bus: &mut Bus) -> (Flow, usize) {
+        let (cpu, bus): (*mut Cpu, *mut Bus) = (cpu, bus);
+        // SAFETY: `bus` was a reference just now, and nobody else has one.
+        let (reads, writes, pages) = unsafe { (*bus).memory.places() };
+        // SAFETY: the code was made by `emitter` for exactly these types. It reads and writes
+        // fields of the core by their offsets, and bytes of a page at a page number that a map has,
+        // which is one of the pages there are (`Memory` never removes one); the offset in the page
+        // is masked. The pointers stay valid during the call: the maps and the pages are made once.
+        // Nobody else has a reference to the core or the bus meanwhile but `run` and `body` below.
+        let ended = unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE)) };
+        let flow = match ended & 0xff {
+            0 => Flow::Next,
+            1 => Flow::Branch,
+            2 => Flow::Leave,
+            3 => Flow::Inexact,
+            _ => Flow::Trap,
+        };
+        (flow, (ended >> 8) as usize)
+    }
+}
+
+const PAGE: usize = crate::memory::PAGE;
+
+/// Runs an instruction by the interpreter.
+#[allow(unsafe_code)]
+unsafe extern "C" fn run(cpu: *mut Cpu, bus: *mut Bus, op: *const Op) -> u64 {
+    // SAFETY: translated code hands on what it was called with by `Code::run`, and an instruction
+    // of its block, which stands where it was when the block was translated.
+    let (cpu, bus, op) = unsafe { (&mut *cpu, &mut *bus, &*op) };
+    (op.run)(cpu, bus, op) as u64
+}
+
+/// Runs an instruction by the interpreter whose condition has been met.
+#[allow(unsafe_code)]
+unsafe extern "C" fn body(cpu: *mut Cpu, bus: *mut Bus, op: *const Op) -> u64 {
+    // SAFETY: as for `run`.
+    let (cpu, bus, op) = unsafe { (&mut *cpu, &mut *bus, &*op) };
+    cpu.r[15] = op.pc();
+    (op.body)(cpu, bus, op) as u64
+}
+
+/// Of so many words of 64 bits, and one as its result.
+pub(super) fn signature(mut signature: Signature, parameters: usize) -> Signature {
+    signature.params = vec![AbiParam::new(I64); parameters];
+    signature.returns = vec![AbiParam::new(I64)];
+    signature
+}
+
+/// This machine, with everything it can do.
+fn isa() -> Option<OwnedTargetIsa> {
+    let mut flags = settings::builder();
+    let checks = if cfg!(debug_assertions) {
+        "true"
+    } else {
+        "false"
+    };
+    for (name, value) in [
+        ("opt_level", "speed"),
+        ("is_pic", "false"),
+        ("enable_verifier", checks),
+    ] {
+        flags.set(name, value).ok()?;
+    }
+    let builder = cranelift_native::builder().ok()?;
+    builder.finish(settings::Flags::new(flags)).ok()
+}
