@@ -85,10 +85,16 @@ impl Block {
         block
     }
 
+    /// The address of its first instruction.
+    pub fn start(&self) -> u32 {
+        self.place(0).0
+    }
+
     /// Forgets what is known by numbers of pipeline states.
     pub fn forget_cycles(&mut self) {
         self.memo = Default::default();
         self.links = Default::default();
+        self.translated = Default::default();
         self.infos
             .iter_mut()
             .for_each(|info| info.memo = Default::default());

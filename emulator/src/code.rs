@@ -2,7 +2,7 @@
 
 use crate::block::Block;
 use crate::memory::Memory;
-use crate::translate::{Host, Mode, translate};
+use crate::translate::{Host, Mode, Node, translate};
 use std::collections::HashMap;
 use whippen_isa::ItState;
 use whippen_isa::timing::Core as Timing;
@@ -47,10 +47,10 @@ impl Code {
         self.blocks.len() >= BLOCKS_MAX
     }
 
-    /// Translates a block that has become hot.
+    /// Translates what begins with a block that has become hot.
     #[cold]
-    pub fn translate(&mut self, block: usize, mode: Mode) {
-        translate(&mut self.host, &mut self.blocks[block], mode);
+    pub fn translate(&mut self, block: usize, pipe: u16, mode: Mode) {
+        translate(&mut self.host, &mut self.blocks, Node { block, pipe }, mode);
     }
 
     /// The number of the block that begins at an address.

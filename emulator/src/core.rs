@@ -16,7 +16,7 @@ use crate::cpu::Cpu;
 use crate::memo::{Key, Known, Link, Pipes};
 use crate::op::Flow;
 use crate::outcome::Outcomes;
-use crate::translate::Mode;
+use crate::translate::{Mode, Native, Time};
 use whippen_isa::timing::{Core as Timing, Pipe, Target};
 
 /// A core with what it has decoded and counted.
@@ -50,6 +50,19 @@ pub(crate) struct Run {
     pub flow: Flow,
 }
 
+impl Run {
+    /// From the beginning of a block on: how the last instruction ended, and how many ran before.
+    fn whole(block: usize, flow: Flow, before: usize) -> Self {
+        Self {
+            block,
+            first: 0,
+            done: before + usize::from(matches!(flow, Flow::Branch | Flow::Leave)),
+            single: false,
+            flow,
+        }
+    }
+}
+
 impl Core {
     pub fn new(cpu: Cpu, timing: Timing) -> Self {
         Self {
@@ -81,7 +94,25 @@ impl Core {
         }
         let mut number = self.code.find(&mut bus.memory, self.cpu.pc, self.cpu.it);
         while self.cycle + self.code.blocks[number].cycles_max <= horizon {
-            let run = self.run_block(bus, number);
+            let translated = self.code.blocks[number]
+                .translated
+                .code(Mode::Alone, self.pipe);
+            let run = match translated.map(|code| self.run_translated(bus, code, horizon)) {
+                Some(Ok(run)) => run,
+                // In front of a block for which there is no room, or no translation here.
+                Some(Err(next)) => {
+                    (self.cpu.pc, self.cpu.it) = self.code.blocks[next].place(0);
+                    number = next;
+                    continue;
+                }
+                None => self.interpret(bus, number),
+            };
+            let block = &self.code.blocks[run.block];
+            match run.flow {
+                Flow::Branch => self.cpu.it = whippen_isa::ItState::OUTSIDE,
+                Flow::Next => (self.cpu.pc, self.cpu.it) = (block.end, block.end_it),
+                _ => (self.cpu.pc, self.cpu.it) = block.place(run.done),
+            }
             number = match self.follow(&run) {
                 Some(next) => next,
                 None => match self.end_block(bus, &run) {
@@ -92,45 +123,37 @@ impl Core {
         }
     }
 
-    /// Runs one block.
+    /// Runs translated blocks: what was left over of the last one, or the next block.
     #[inline(always)]
-    fn run_block(&mut self, bus: &mut Bus, number: usize) -> Run {
-        self.cpu.outcomes = 1;
-        let (flow, mut done) = match self.code.blocks[number].translated.code(Mode::Alone) {
-            Some(code) => code.run(&mut self.cpu, bus),
-            None => self.interpret(bus, number),
+    fn run_translated(&mut self, bus: &mut Bus, code: Native, horizon: u64) -> Result<Run, usize> {
+        let mut time = Time {
+            left: horizon - self.cycle,
+            instructions: self.instructions,
         };
-        let block = &self.code.blocks[number];
-        done += usize::from(matches!(flow, Flow::Branch | Flow::Leave));
-        match flow {
-            Flow::Branch => self.cpu.it = whippen_isa::ItState::OUTSIDE,
-            Flow::Next => (self.cpu.pc, self.cpu.it) = (block.end, block.end_it),
-            _ => (self.cpu.pc, self.cpu.it) = block.place(done),
-        }
-        Run {
-            block: number,
-            first: 0,
-            done,
-            single: false,
-            flow,
-        }
+        let ended = code.run(&mut self.cpu, bus, &mut time);
+        self.cycle = horizon - time.left;
+        self.instructions = time.instructions;
+        self.pipe = ended.pipe;
+        let flow = ended.flow.ok_or(ended.block)?;
+        Ok(Run::whole(ended.block, flow, ended.done))
     }
 
-    /// Runs the instructions of a block one by one: how the last one ended, and how many ran before
-    /// it.
-    fn interpret(&mut self, bus: &mut Bus, number: usize) -> (Flow, usize) {
+    /// Runs the instructions of a block one by one.
+    fn interpret(&mut self, bus: &mut Bus, number: usize) -> Run {
         let block = &mut self.code.blocks[number];
-        if block.translated.is_due(Mode::Alone, block.ops.len()) {
-            self.code.translate(number, Mode::Alone);
+        if block.translated.is_due(block.ops.len()) {
+            self.code.translate(number, self.pipe, Mode::Alone);
         }
-        let ops = &self.code.blocks[number].ops;
-        for (done, op) in ops.iter().enumerate() {
-            let flow = (op.run)(&mut self.cpu, bus, op);
+        self.cpu.outcomes = 1;
+        let (mut flow, mut done) = (Flow::Next, 0);
+        for op in &self.code.blocks[number].ops {
+            flow = (op.run)(&mut self.cpu, bus, op);
             if flow != Flow::Next {
-                return (flow, done);
+                break;
             }
+            done += 1;
         }
-        (Flow::Next, ops.len())
+        Run::whole(number, flow, done)
     }
 
     /// Adds what is known to follow from a run through a whole block; the number of the next one.

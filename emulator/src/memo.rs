@@ -36,6 +36,11 @@ impl Key {
         }
     }
 
+    /// The number of the pipeline state at entry.
+    pub fn pipe(&self) -> u16 {
+        (self.place >> 32) as u16
+    }
+
     #[inline(always)]
     fn hash(&self) -> usize {
         let mixed = (self.outcomes ^ self.place.rotate_left(20)).wrapping_mul(GOLDEN);
@@ -84,6 +89,12 @@ impl<T: Copy + Default> Memo<T> {
     #[cfg(test)]
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
+    }
+
+    /// All that is known.
+    pub fn iter(&self) -> impl Iterator<Item = (&Key, &T)> {
+        let known = self.slots.iter().filter(|(key, _)| *key != Key::default());
+        known.map(|(key, known)| (key, known))
     }
 
     pub fn insert(&mut self, key: Key, known: T) {

@@ -25,15 +25,19 @@ mod host;
 mod memory;
 mod multiple;
 mod multiply;
+mod unit;
 
-pub(crate) use host::{Code, Host};
+pub(crate) use host::{Host, Native};
+pub(crate) use unit::{Node, Time};
 
 use crate::block::Block;
 use emitter::Emitter;
 
 /// Instructions of a block that are interpreted before it is translated, which takes about as
 /// long. Tests translate nearly everything.
-const HOT: u32 = if cfg!(test) { 1 << 6 } else { 1 << 14 };
+const HOT: usize = if cfg!(test) { 1 << 8 } else { 1 << 14 };
+/// Translations of a block at most: one for each mode and state of the pipeline.
+const CODES_MAX: usize = 8;
 
 /// Where memory accesses of translated code are made.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -44,36 +48,39 @@ pub(crate) enum Mode {
     Apart,
 }
 
-/// What a block has been translated to, and how often it ran without.
+/// What units that begin with a block have been translated to, by mode and state of the pipeline,
+/// and how many instructions of it were interpreted since.
 #[derive(Default)]
 pub(crate) struct Translated {
-    runs: [u32; 2],
-    code: [Option<Code>; 2],
+    interpreted: usize,
+    codes: Vec<(Mode, u16, Native)>,
 }
 
 impl Translated {
-    /// The function for a mode.
+    /// The code for a mode and the number of a state of the pipeline.
     #[inline(always)]
-    pub fn code(&self, mode: Mode) -> Option<Code> {
-        self.code[mode as usize]
+    pub fn code(&self, mode: Mode, pipe: u16) -> Option<Native> {
+        let mut codes = self.codes.iter();
+        let found = codes.find(|code| code.0 == mode && code.1 == pipe)?;
+        Some(found.2)
     }
 
-    /// Counts a run by the interpreter; whether it was the one that makes the block hot.
+    /// Counts a run by the interpreter; whether the block has become hot.
     #[inline(always)]
-    pub fn is_due(&mut self, mode: Mode, instructions: usize) -> bool {
-        let runs = &mut self.runs[mode as usize];
-        let before = *runs;
-        *runs = before.saturating_add(instructions as u32);
-        before < HOT && *runs >= HOT
+    pub fn is_due(&mut self, instructions: usize) -> bool {
+        self.interpreted += instructions;
+        self.interpreted >= HOT && self.codes.len() < CODES_MAX
     }
 }
 
-/// Translates a block.
-#[cold]
-#[inline(never)]
-pub(crate) fn translate(host: &mut Host, block: &mut Block, mode: Mode) {
+/// Translates what begins with a block.
+pub(crate) fn translate(host: &mut Host, blocks: &mut [Block], first: Node, mode: Mode) {
+    blocks[first.block].translated.interpreted = 0;
     let code = host.define(|builder, helpers, config| {
-        Emitter::new(builder, helpers, mode).block(&block.ops, &block.infos, config);
+        Emitter::new(builder, helpers, mode, blocks).unit(first, config);
     });
-    block.translated.code[mode as usize] = code;
+    if let Some(code) = code {
+        let codes = &mut blocks[first.block].translated.codes;
+        codes.push((mode, first.pipe, code));
+    }
 }

@@ -14,9 +14,9 @@ pub(crate) enum Mode {
 
 /// There is none.
 #[derive(Clone, Copy)]
-pub(crate) enum Code {}
+pub(crate) enum Native {}
 
-impl Code {
+impl Native {
     pub fn run(self, _: &mut Cpu, _: &mut Bus) -> (Flow, usize) {
         match self {}
     }
@@ -35,7 +35,7 @@ impl Host {
 pub(crate) struct Translated;
 
 impl Translated {
-    pub fn code(&self, _: Mode) -> Option<Code> {
+    pub fn code(&self, _: Mode) -> Option<Native> {
         None
     }
 

@@ -8,7 +8,7 @@ use cranelift_codegen::ir::{InstBuilder, Value};
 use std::mem::offset_of;
 use whippen_isa::{Op as I, ShiftType};
 
-impl Emitter<'_> {
+impl Emitter<'_, '_> {
     /// Whether it was one of these, and is emitted.
     pub fn bits(&mut self, at: &At) -> bool {
         let Some(value) = self.bits_value(at) else {

@@ -74,7 +74,7 @@ fn of(op: I) -> Option<(Alu, Operand, bool)> {
     })
 }
 
-impl Emitter<'_> {
+impl Emitter<'_, '_> {
     /// Whether it was one of these, and is emitted.
     pub fn data(&mut self, at: &At) -> bool {
         if !matches!(at.inst.class(), Class::Alu | Class::Move | Class::Shift) {

@@ -3,7 +3,8 @@
 
 use super::Mode;
 use super::host::{Helpers, signature};
-use crate::block::Info;
+use super::unit::{Ended, Node, Time, Unit, Way};
+use crate::block::{Block as Decoded, Info};
 use crate::bus::Bus;
 use crate::cpu::Cpu;
 use crate::op::{Flow, Op};
@@ -13,7 +14,7 @@ use cranelift_codegen::ir::{Block, InstBuilder, MemFlagsData, SigRef, Signature,
 use cranelift_codegen::isa::TargetFrontendConfig;
 use cranelift_frontend::{FunctionBuilder, Variable};
 use std::mem::offset_of;
-use whippen_isa::{Inst, Op as I};
+use whippen_isa::{Class, Inst, Op as I};
 
 /// What is kept in values: registers by number, then these.
 pub(super) const NEGATIVE: usize = 16;
@@ -23,15 +24,22 @@ pub(super) const OVERFLOW: usize = 19;
 pub(super) const OUTCOMES: usize = 20;
 const KEPT: usize = 21;
 
-/// What translated code knows of the core at some instruction.
+/// What is known when code is emitted.
 #[derive(Clone, Copy)]
 pub(super) struct Kept {
-    /// What is in a value, a bit each.
-    pub known: u32,
-    /// What the core's memory does not hold yet.
-    pub dirty: u32,
     /// All flags are those of this difference.
     pub compared: Option<(Value, Value)>,
+    /// The outcomes, where they are the same on every way.
+    pub outcomes: Option<u64>,
+}
+
+/// Where a block is left to.
+#[derive(Clone, Copy)]
+pub(super) enum Target {
+    /// An address.
+    Known(u32),
+    /// One that is computed.
+    Of(Value),
 }
 
 /// What is emitted for.
@@ -46,7 +54,7 @@ pub(super) struct At<'a> {
 }
 
 /// See the module.
-pub(super) struct Emitter<'f> {
+pub(super) struct Emitter<'f, 'b> {
     pub f: FunctionBuilder<'f>,
     pub kept: Kept,
     /// Whether anything can follow what was emitted.
@@ -57,7 +65,12 @@ pub(super) struct Emitter<'f> {
     pub reads: Value,
     pub writes: Value,
     pub pages: Value,
+    time: Value,
     variables: [Variable; KEPT],
+    left: Variable,
+    instructions: Variable,
+    node: Node,
+    unit: Unit<'b, Block>,
     helpers: Helpers,
     helper: SigRef,
 }
@@ -80,8 +93,13 @@ fn place(slot: usize) -> (i32, Type) {
     (offset as i32, of)
 }
 
-impl<'f> Emitter<'f> {
-    pub fn new(mut f: FunctionBuilder<'f>, helpers: Helpers, mode: Mode) -> Self {
+impl<'f, 'b> Emitter<'f, 'b> {
+    pub fn new(
+        mut f: FunctionBuilder<'f>,
+        helpers: Helpers,
+        mode: Mode,
+        blocks: &'b [Decoded],
+    ) -> Self {
         let entry = f.create_block();
         f.append_block_params_for_function_params(entry);
         f.switch_to_block(entry);
@@ -90,12 +108,12 @@ impl<'f> Emitter<'f> {
         let variables = std::array::from_fn(|slot| f.declare_var(place(slot).1));
         let call = f.func.signature.call_conv;
         let helper = f.import_signature(signature(Signature::new(call), 3));
+        let (left, instructions) = (f.declare_var(I64), f.declare_var(I64));
         let mut emitter = Self {
             f,
             kept: Kept {
-                known: 0,
-                dirty: 0,
                 compared: None,
+                outcomes: None,
             },
             goes_on: true,
             mode,
@@ -104,43 +122,80 @@ impl<'f> Emitter<'f> {
             reads: parameters[2],
             writes: parameters[3],
             pages: parameters[4],
+            time: parameters[5],
             variables,
+            left,
+            instructions,
+            node: Node { block: 0, pipe: 0 },
+            unit: Unit::new(blocks),
             helpers,
             helper,
         };
-        let none = emitter.f.ins().iconst(I64, 1);
-        emitter.set(OUTCOMES, none);
+        for (variable, offset) in emitter.times() {
+            let value = emitter.f.ins().load(I64, fixed(), emitter.time, offset);
+            emitter.f.def_var(variable, value);
+        }
+        emitter.read_all();
         emitter
     }
 
-    /// Emits all instructions of a block.
-    pub fn block(mut self, ops: &[Op], infos: &[Info], config: TargetFrontendConfig) {
-        for (index, (op, info)) in ops.iter().zip(infos).enumerate() {
-            let Ok((inst, _)) = &info.inst else {
-                self.interpret(index, op, false);
-                continue;
-            };
-            let conditional = inst.is_conditional() && inst.op() != I::B;
-            let at = At {
-                index,
-                op,
-                inst,
-                conditional,
-            };
-            if conditional {
-                self.conditional(&at);
-            } else if !self.native(&at) {
-                self.interpret(index, op, false);
-            }
-            if !self.goes_on {
-                break;
-            }
-        }
-        if self.goes_on {
-            self.leave_with(Flow::Next, ops.len());
+    /// What is kept of time, and where it is.
+    fn times(&self) -> [(Variable, i32); 2] {
+        [
+            (self.left, offset_of!(Time, left) as i32),
+            (self.instructions, offset_of!(Time, instructions) as i32),
+        ]
+    }
+
+    /// Emits what begins with a node.
+    pub fn unit(mut self, first: Node, config: TargetFrontendConfig) {
+        let start = self.f.create_block();
+        self.f.ins().jump(start, &[]);
+        self.unit.node(first, || start);
+        while let Some((node, block)) = self.unit.next() {
+            self.f.switch_to_block(block);
+            self.block(node);
         }
         self.f.seal_all_blocks();
         self.f.finalize(config);
+    }
+
+    /// Emits all instructions of a block.
+    fn block(&mut self, node: Node) {
+        self.node = node;
+        self.goes_on = true;
+        self.kept = Kept {
+            compared: None,
+            outcomes: Some(1),
+        };
+        let none = self.f.ins().iconst(I64, 1);
+        self.set(OUTCOMES, none);
+        let block = &self.unit.blocks[node.block];
+        for (index, (op, info)) in block.ops.iter().zip(&block.infos).enumerate() {
+            self.instruction(index, op, info);
+            if !self.goes_on {
+                return;
+            }
+        }
+        self.leave_to(Flow::Next, block.ops.len(), Target::Known(block.end));
+    }
+
+    fn instruction(&mut self, index: usize, op: &Op, info: &Info) {
+        let Ok((inst, _)) = &info.inst else {
+            return self.interpret(index, op, None);
+        };
+        let conditional = inst.is_conditional() && inst.op() != I::B;
+        let at = At {
+            index,
+            op,
+            inst,
+            conditional,
+        };
+        if conditional {
+            self.conditional(&at);
+        } else if !self.native(&at) {
+            self.interpret(index, op, Some(&at));
+        }
     }
 
     /// Emits an instruction in place; false, and nothing is emitted, where that cannot be done.
@@ -157,38 +212,23 @@ impl<'f> Emitter<'f> {
     /// An instruction in an IT block.
     fn conditional(&mut self, at: &At) {
         let Some(cond) = at.inst.cond else {
-            return self.interpret(at.index, at.op, false);
+            return self.interpret(at.index, at.op, Some(at));
         };
         let holds = self.holds(cond);
         self.remember(holds);
-        if at.inst.s {
-            for slot in NEGATIVE..=OVERFLOW {
-                self.get(slot);
-            }
-        }
-        // Both ways have the old values.
-        for register in registers(at.inst.defs().core_bits() & 0x7fff) {
-            self.get(register);
-        }
         let (met, join) = (self.f.create_block(), self.f.create_block());
         self.f.ins().brif(holds, met, &[], join, &[]);
         self.begin(met);
-        let skipped = self.kept;
         if !self.native(at) {
-            self.interpret(at.index, at.op, true);
+            self.interpret(at.index, at.op, Some(at));
         }
         if std::mem::replace(&mut self.goes_on, true) {
-            self.flush(self.kept.dirty & !skipped.known);
-            for slot in registers32(skipped.dirty & !self.kept.known) {
-                self.get(slot);
-            }
             self.f.ins().jump(join, &[]);
-            self.kept.known &= skipped.known;
-            self.kept.dirty |= skipped.dirty;
-        } else {
-            self.kept = skipped;
         }
-        self.kept.compared = None;
+        self.kept = Kept {
+            compared: None,
+            outcomes: None,
+        };
         self.begin(join);
     }
 
@@ -198,27 +238,28 @@ impl<'f> Emitter<'f> {
         self.f.seal_block(block);
     }
 
-    /// What is kept, read if need be.
+    /// What is kept.
     pub fn get(&mut self, slot: usize) -> Value {
-        if self.kept.known >> slot & 1 == 0 {
-            self.read(slot);
-        }
         self.f.use_var(self.variables[slot])
     }
 
     /// Reads what the core's memory holds.
-    pub fn read(&mut self, slot: usize) {
+    fn read(&mut self, slot: usize) {
         let (offset, of) = place(slot);
         let value = self.f.ins().load(of, fixed(), self.cpu, offset);
         self.f.def_var(self.variables[slot], value);
-        self.kept.known |= 1 << slot;
+    }
+
+    /// Reads all registers and flags.
+    fn read_all(&mut self) {
+        (0..15)
+            .chain(NEGATIVE..=OVERFLOW)
+            .for_each(|slot| self.read(slot));
     }
 
     /// Changes what is written when the code is left.
     pub fn set(&mut self, slot: usize, value: Value) {
         self.f.def_var(self.variables[slot], value);
-        self.kept.known |= 1 << slot;
-        self.kept.dirty |= 1 << slot;
     }
 
     /// A register as an operand.
@@ -233,7 +274,6 @@ impl<'f> Emitter<'f> {
     pub fn set_register(&mut self, number: u8, value: Value) {
         let slot = (number & 15) as usize;
         self.f.def_var(self.variables[slot], value);
-        self.kept.known |= 1 << slot;
         let (offset, _) = place(slot);
         self.f.ins().store(fixed(), value, self.cpu, offset);
     }
@@ -254,6 +294,7 @@ impl<'f> Emitter<'f> {
 
     /// Remembers for timing whether something was passed.
     pub fn remember(&mut self, passed: Value) {
+        self.kept.outcomes = None;
         let outcomes = self.get(OUTCOMES);
         let moved = self.f.ins().ishl_imm_u(outcomes, 1);
         let bit = self.f.ins().uextend(I64, passed);
@@ -261,29 +302,139 @@ impl<'f> Emitter<'f> {
         self.set(OUTCOMES, outcomes);
     }
 
-    /// Writes what the core's memory does not hold yet, of those.
-    fn flush(&mut self, slots: u32) {
-        for slot in registers32(slots & self.kept.dirty) {
-            let (offset, _) = place(slot);
-            let value = self.f.use_var(self.variables[slot]);
-            self.f.ins().store(fixed(), value, self.cpu, offset);
-        }
-        self.kept.dirty &= !slots;
+    /// Remembers what is passed on every way that goes on.
+    pub fn remember_known(&mut self, passed: bool) {
+        let outcomes = self
+            .kept
+            .outcomes
+            .map(|known| known << 1 | u64::from(passed));
+        let value = match outcomes {
+            Some(known) => self.f.ins().iconst(I64, known as i64),
+            None => {
+                let moved = self.get(OUTCOMES);
+                let moved = self.f.ins().ishl_imm_u(moved, 1);
+                self.f.ins().bor_imm_u(moved, i64::from(passed))
+            }
+        };
+        self.set(OUTCOMES, value);
+        self.kept.outcomes = outcomes;
     }
 
-    /// Leaves the code; nothing follows.
-    pub fn leave_with(&mut self, flow: Flow, index: usize) {
+    /// Writes flags and outcomes.
+    fn flush(&mut self) {
+        for slot in NEGATIVE..=OUTCOMES {
+            let (offset, _) = place(slot);
+            let value = self.get(slot);
+            self.f.ins().store(fixed(), value, self.cpu, offset);
+        }
+    }
+
+    /// Leaves the block towards an address, after so many instructions before the last one; nothing
+    /// follows.
+    pub fn leave_to(&mut self, flow: Flow, index: usize, target: Target) {
         self.goes_on = false;
-        let ended = (index as i64) << 8 | flow as i64;
+        let done = index + usize::from(flow == Flow::Branch);
+        let known = match target {
+            Target::Known(address) => Some(address),
+            Target::Of(_) => None,
+        };
+        let ways = match self.mode {
+            Mode::Alone => self.unit.ways(self.node, done, self.kept.outcomes, known),
+            Mode::Apart => Vec::new(),
+        };
+        for way in ways {
+            let Some(is_it) = self.is_way(&way, target) else {
+                return self.go_to(&way);
+            };
+            let (here, next) = (self.f.create_block(), self.f.create_block());
+            self.f.ins().brif(is_it, here, &[], next, &[]);
+            self.begin(here);
+            self.go_to(&way);
+            self.begin(next);
+        }
+        if flow == Flow::Branch {
+            let pc = match target {
+                Target::Known(address) => self.constant(address),
+                Target::Of(address) => address,
+            };
+            self.set_field(offset_of!(Cpu, pc), pc);
+        }
+        let ended = self.ended(Some(flow), index).word();
         let ended = self.f.ins().iconst(I64, ended);
         self.leave(ended);
     }
 
-    /// Leaves the code with a flow of the interpreter's and the instruction's number.
+    /// Whether it is a way, where that is not sure.
+    fn is_way(&mut self, way: &Way, target: Target) -> Option<Value> {
+        let same = |e: &mut Self, value, known: u64| {
+            e.f.ins().icmp_imm_u(IntCC::Equal, value, known as i64)
+        };
+        let outcomes = match self.kept.outcomes {
+            Some(_) => None,
+            None => {
+                let outcomes = self.get(OUTCOMES);
+                Some(same(self, outcomes, way.outcomes))
+            }
+        };
+        let address = match target {
+            Target::Known(_) => None,
+            Target::Of(address) => Some(same(self, address, way.next.into())),
+        };
+        match (outcomes, address) {
+            (Some(outcomes), Some(address)) => Some(self.f.ins().band(outcomes, address)),
+            (one, other) => one.or(other),
+        }
+    }
+
+    /// Goes on with the block that follows, where it is here and there is room up to the horizon.
+    fn go_to(&mut self, way: &Way) {
+        let left = self.f.use_var(self.left);
+        let cycles = self.f.ins().iconst(I64, i64::from(way.link.known.cycles));
+        let left = self.f.ins().isub(left, cycles);
+        self.f.def_var(self.left, left);
+        let instructions = self.f.use_var(self.instructions);
+        let done = i64::from(way.link.done);
+        let instructions = self.f.ins().iadd_imm_u(instructions, done);
+        self.f.def_var(self.instructions, instructions);
+        let node = way.node();
+        let f = &mut self.f;
+        if let Some(block) = self.unit.node(node, || f.create_block()) {
+            let needed = self.unit.blocks[node.block].cycles_max as i64;
+            let cc = IntCC::UnsignedGreaterThanOrEqual;
+            let fits = self.f.ins().icmp_imm_u(cc, left, needed);
+            let out = self.f.create_block();
+            self.f.set_cold_block(out);
+            self.f.ins().brif(fits, block, &[], out, &[]);
+            self.begin(out);
+        }
+        let (block, pipe) = (node.block, node.pipe);
+        let ended = Ended {
+            block,
+            pipe,
+            flow: None,
+            done: 0,
+        };
+        let ended = self.f.ins().iconst(I64, ended.word());
+        self.leave(ended);
+    }
+
+    fn ended(&self, flow: Option<Flow>, done: usize) -> Ended {
+        let Node { block, pipe } = self.node;
+        Ended {
+            block,
+            pipe,
+            flow,
+            done,
+        }
+    }
+
+    /// Leaves the code.
     fn leave(&mut self, ended: Value) {
-        let kept = self.kept;
-        self.flush(u32::MAX);
-        self.kept = kept;
+        self.flush();
+        for (variable, offset) in self.times() {
+            let value = self.f.use_var(variable);
+            self.f.ins().store(fixed(), value, self.time, offset);
+        }
         self.f.ins().return_(&[ended]);
     }
 
@@ -311,20 +462,28 @@ impl<'f> Emitter<'f> {
         self.f.set_cold_block(out);
         self.f.ins().brif(flow, out, &[], next, &[]);
         self.begin(out);
-        let ended = self.f.ins().bor_imm_u(flow, (index as i64) << 8);
-        self.leave(ended);
+        self.leave_by(flow, index);
         self.begin(next);
     }
 
+    /// Leaves the code with a flow of the interpreter's.
+    fn leave_by(&mut self, flow: Value, index: usize) {
+        // The flow to the next instruction is 0.
+        let ended = self.ended(Some(Flow::Next), index).word();
+        let ended = self.f.ins().bor_imm_u(flow, ended);
+        self.leave(ended);
+    }
+
     /// An instruction by the interpreter, which may read and change everything.
-    pub fn interpret(&mut self, index: usize, op: &Op, body: bool) {
-        self.flush(u32::MAX);
-        let flow = self.call(index, op, body);
-        self.kept = Kept {
-            known: 0,
-            dirty: 0,
-            compared: None,
-        };
+    fn interpret(&mut self, index: usize, op: &Op, at: Option<&At>) {
+        self.flush();
+        let flow = self.call(index, op, at.is_some_and(|at| at.conditional));
+        self.read_all();
+        self.read(OUTCOMES);
+        self.kept.compared = None;
+        if at.is_none_or(|at| at.inst.class() == Class::Divide || at.inst.is_conditional()) {
+            self.kept.outcomes = None;
+        }
         self.go_on(index, flow);
     }
 
@@ -333,7 +492,6 @@ impl<'f> Emitter<'f> {
     /// it, too.
     pub fn or_interpret(&mut self, at: &At, slow: Block, before: Kept) {
         let goes_on = std::mem::replace(&mut self.goes_on, true);
-        let fast = self.kept;
         let join = self.f.create_block();
         if goes_on {
             self.f.ins().jump(join, &[]);
@@ -347,9 +505,6 @@ impl<'f> Emitter<'f> {
             self.read(register);
         }
         self.f.ins().jump(join, &[]);
-        if goes_on {
-            self.kept.known &= fast.known;
-        }
         self.begin(join);
     }
 
@@ -360,8 +515,7 @@ impl<'f> Emitter<'f> {
         self.begin(slow);
         self.kept = before;
         let flow = self.call(at.index, at.op, at.conditional);
-        let ended = self.f.ins().bor_imm_u(flow, (at.index as i64) << 8);
-        self.leave(ended);
+        self.leave_by(flow, at.index);
         self.kept = kept;
         if let Some(here) = here {
             self.f.switch_to_block(here);

@@ -14,7 +14,7 @@ pub(super) struct Result {
     pub overflow: Value,
 }
 
-impl Emitter<'_> {
+impl Emitter<'_, '_> {
     /// Sets all four flags.
     pub fn set_flags(&mut self, result: Result) {
         self.set(NEGATIVE, result.value);

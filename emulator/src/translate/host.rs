@@ -1,9 +1,10 @@
 //! The only unsafe code of the emulator: calling what was translated, being called by it, and
 //! freeing it.
 
+use super::unit::{Ended, Time};
 use crate::bus::Bus;
 use crate::cpu::Cpu;
-use crate::op::{Flow, Op};
+use crate::op::Op;
 use cranelift_codegen::ir::types::I64;
 use cranelift_codegen::ir::{AbiParam, Signature};
 use cranelift_codegen::isa::{OwnedTargetIsa, TargetFrontendConfig};
@@ -12,13 +13,15 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Module, default_libcall_names};
 
-/// What is compiled: of a core, the bus, the maps of pages that are read and written, and the place
-/// of page number 1 less a page. How it ended, and the instruction that ended it from bit 8 on.
-type Function = unsafe extern "C" fn(*mut Cpu, *mut Bus, *const u32, *const u32, *mut u8) -> u64;
+/// What is compiled: of a core, the bus, the maps of pages that are read and written, the place of
+/// page number 1 less a page, and time. How it ended (`Ended::of`).
+type Function =
+    unsafe extern "C" fn(*mut Cpu, *mut Bus, *const u32, *const u32, *mut u8, *mut Time) -> u64;
 
-/// A translated block. It is dropped with its block, before or with the host that made it.
+/// Translated blocks. They are dropped with their first block, before or with the host that made
+/// them.
 #[derive(Clone, Copy)]
-pub(crate) struct Code(Function);
+pub(crate) struct Native(Function);
 
 /// Addresses of the interpreter, for translated code.
 #[derive(Clone, Copy)]
@@ -43,7 +46,7 @@ impl Host {
     pub fn define(
         &mut self,
         fill: impl FnOnce(FunctionBuilder, Helpers, TargetFrontendConfig),
-    ) -> Option<Code> {
+    ) -> Option<Native> {
         if self.failed {
             return None;
         }
@@ -56,7 +59,7 @@ impl Host {
     fn try_define(
         &mut self,
         fill: impl FnOnce(FunctionBuilder, Helpers, TargetFrontendConfig),
-    ) -> Option<Code> {
+    ) -> Option<Native> {
         let module = match &mut self.module {
             Some(module) => module,
             none => {
@@ -69,7 +72,7 @@ impl Host {
             }
         };
         let mut context = module.make_context();
-        context.func.signature = signature(module.make_signature(), 5);
+        context.func.signature = signature(module.make_signature(), 6);
         let id = module
             .declare_anonymous_function(&context.func.signature)
             .ok()?;
@@ -83,7 +86,7 @@ impl Host {
         module.finalize_definitions().ok()?;
         let address = module.get_finalized_function(id);
         // SAFETY: the function was just compiled with the signature `Function`.
-        Some(Code(unsafe {
+        Some(Native(unsafe {
             std::mem::transmute::<*const u8, Function>(address)
         }))
     }
@@ -94,7 +97,7 @@ impl Host {
     #[allow(unsafe_code)]
     pub fn clear(&mut self) {
         if let Some(module) = self.module.take() {
-            // SAFETY: the code runs only inside `Code::run`, which has returned, and blocks with
+            // SAFETY: the code runs only inside `Native::run`, which has returned, and blocks with
             // pointers to it are dropped before (`crate::code::Code::clear`) or with their core.
             unsafe { module.free_memory() }
         }
@@ -107,28 +110,21 @@ impl Drop for Host {
     }
 }
 
-impl Code {
-    /// Runs the block: how its last instruction ended, and how many ran before that one.
+impl Native {
+    /// Runs blocks.
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub fn run(self, cpu: &mut Cpu, bus: &mut Bus) -> (Flow, usize) {
+    pub fn run(self, cpu: &mut Cpu, bus: &mut Bus, time: &mut Time) -> Ended {
         let (cpu, bus): (*mut Cpu, *mut Bus) = (cpu, bus);
         // SAFETY: `bus` was a reference just now, and nobody else has one.
         let (reads, writes, pages) = unsafe { (*bus).memory.places() };
         // SAFETY: the code was made by `emitter` for exactly these types. It reads and writes
-        // fields of the core by their offsets, and bytes of a page at a page number that a map has,
-        // which is one of the pages there are (`Memory` never removes one); the offset in the page
-        // is masked. The pointers stay valid during the call: the maps and the pages are made once.
-        // Nobody else has a reference to the core or the bus meanwhile but `run` and `body` below.
-        let ended = unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE)) };
-        let flow = match ended & 0xff {
-            0 => Flow::Next,
-            1 => Flow::Branch,
-            2 => Flow::Leave,
-            3 => Flow::Inexact,
-            _ => Flow::Trap,
-        };
-        (flow, (ended >> 8) as usize)
+        // fields of the core and of time by their offsets, and bytes of a page at a page number
+        // that a map has, which is one of the pages there are (`Memory` never removes one); the
+        // offset in the page is masked. The pointers stay valid during the call: the maps and the
+        // pages are made once. Nobody else has a reference to the core or the bus meanwhile but
+        // `run` and `body` below.
+        Ended::of(unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE), time) })
     }
 }
 
@@ -137,7 +133,7 @@ const PAGE: usize = crate::memory::PAGE;
 /// Runs an instruction by the interpreter.
 #[allow(unsafe_code)]
 unsafe extern "C" fn run(cpu: *mut Cpu, bus: *mut Bus, op: *const Op) -> u64 {
-    // SAFETY: translated code hands on what it was called with by `Code::run`, and an instruction
+    // SAFETY: translated code hands on what it was called with by `Native::run`, and an instruction
     // of its block, which stands where it was when the block was translated.
     let (cpu, bus, op) = unsafe { (&mut *cpu, &mut *bus, &*op) };
     (op.run)(cpu, bus, op) as u64

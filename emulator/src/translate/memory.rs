@@ -1,14 +1,12 @@
 //! Loads and stores of one and two registers in place: `exec::memory`, in plain memory.
 
 use super::Mode;
-use super::emitter::{At, Emitter};
-use crate::cpu::Cpu;
+use super::emitter::{At, Emitter, Target};
 use crate::memory::PAGE;
 use crate::op::Flow;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I32, I64};
 use cranelift_codegen::ir::{Block, InstBuilder, MemFlagsData, Type, Value};
-use std::mem::offset_of;
 use whippen_isa::{Class, Op as I, RegSet};
 
 /// What is loaded or stored.
@@ -48,7 +46,7 @@ fn plain() -> MemFlagsData {
     MemFlagsData::new().with_notrap()
 }
 
-impl Emitter<'_> {
+impl Emitter<'_, '_> {
     /// Whether it was one of these, and is emitted.
     pub fn memory(&mut self, at: &At) -> bool {
         if self.mode == Mode::Apart {
@@ -98,14 +96,7 @@ impl Emitter<'_> {
             write: false,
         };
         let host = self.host(span, slow);
-        let flags = plain();
-        let value = match (datum.bytes, datum.signed) {
-            (1, false) => self.f.ins().uload8(I32, flags, host, 0),
-            (1, true) => self.f.ins().sload8(I32, flags, host, 0),
-            (2, false) => self.f.ins().uload16(I32, flags, host, 0),
-            (2, true) => self.f.ins().sload16(I32, flags, host, 0),
-            _ => self.f.ins().load(I32, flags, host, 0),
-        };
+        let value = self.part(host, datum.bytes, datum.signed);
         if at.op.t == 15 {
             self.check_branch(value, slow);
         }
@@ -223,6 +214,18 @@ impl Emitter<'_> {
         self.f.ins().load(of, MemFlagsData::trusted(), at, 0)
     }
 
+    /// A word or a part of one, extended.
+    pub fn part(&mut self, host: Value, bytes: u32, signed: bool) -> Value {
+        let flags = plain();
+        match (bytes, signed) {
+            (1, false) => self.f.ins().uload8(I32, flags, host, 0),
+            (1, true) => self.f.ins().sload8(I32, flags, host, 0),
+            (2, false) => self.f.ins().uload16(I32, flags, host, 0),
+            (2, true) => self.f.ins().sload16(I32, flags, host, 0),
+            _ => self.f.ins().load(I32, flags, host, 0),
+        }
+    }
+
     /// A word of a page.
     pub fn word(&mut self, host: Value, offset: i32) -> Value {
         self.f.ins().load(I32, plain(), host, offset)
@@ -255,7 +258,6 @@ impl Emitter<'_> {
     /// Leaves with a branch to an odd address.
     pub fn branch_to(&mut self, at: &At, address: Value) {
         let pc = self.f.ins().band_imm_u(address, i64::from(!1_u32));
-        self.set_field(offset_of!(Cpu, pc), pc);
-        self.leave_with(Flow::Branch, at.index);
+        self.leave_to(Flow::Branch, at.index, Target::Of(pc));
     }
 }

@@ -6,7 +6,7 @@ use super::memory::Span;
 use cranelift_codegen::ir::{InstBuilder, Value};
 use whippen_isa::{Class, Op as I};
 
-impl Emitter<'_> {
+impl Emitter<'_, '_> {
     /// Whether it was one of these, and is emitted.
     pub fn multiple(&mut self, at: &At) -> bool {
         let loads = match at.inst.class() {

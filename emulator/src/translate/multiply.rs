@@ -5,7 +5,7 @@ use cranelift_codegen::ir::types::{I32, I64};
 use cranelift_codegen::ir::{InstBuilder, Value};
 use whippen_isa::Op as I;
 
-impl Emitter<'_> {
+impl Emitter<'_, '_> {
     /// Whether it was one of these, and is emitted.
     pub fn multiply(&mut self, at: &At) -> bool {
         self.multiply_word(at) || self.multiply_top(at) || self.multiply_long(at)
