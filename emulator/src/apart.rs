@@ -192,9 +192,11 @@ impl Machine {
 
     /// As if a core had not run apart.
     fn take_back(&mut self, core: usize, saved: &Saved) {
-        for replaced in self.apart.trails[core].replaced.drain(..).rev() {
-            self.bus.memory.put_back(&replaced);
+        let replaced = &mut self.apart.trails[core].replaced;
+        for replaced in replaced.iter().rev() {
+            self.bus.memory.put_back(replaced);
         }
+        replaced.truncate(0);
         self.cores[core].restore(saved);
     }
 

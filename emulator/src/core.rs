@@ -126,10 +126,7 @@ impl Core {
     /// Runs translated blocks: what was left over of the last one, or the next block.
     #[inline(always)]
     fn run_translated(&mut self, bus: &mut Bus, code: Native, horizon: u64) -> Result<Run, usize> {
-        let mut time = Time {
-            left: horizon - self.cycle,
-            instructions: self.instructions,
-        };
+        let mut time = Time::new(horizon - self.cycle, self.instructions);
         let ended = code.run(&mut self.cpu, bus, &mut time);
         self.cycle = horizon - time.left;
         self.instructions = time.instructions;

@@ -8,6 +8,7 @@ use crate::cpu::Cpu;
 use crate::memory::NO_PORT;
 use crate::op::Flow;
 use crate::outcome::Outcomes;
+use crate::translate::Mode;
 use whippen_isa::timing::Pipe;
 
 /// No access comes so many cycles after its instruction began: the longest list has 32 words.
@@ -124,22 +125,22 @@ impl Core {
     #[inline(always)]
     fn run_stretch(&mut self, bus: &mut Bus, block: usize, first: usize, count: usize) -> Ended {
         let (accesses, outcomes) = (bus.trail.accesses.len(), self.cpu.outcomes);
-        let (mut flow, mut done) = (Flow::Next, 0);
-        let decoded = &self.code.blocks[block];
-        bus.trail.ports |= decoded.ports;
+        let kept = bus.trail.replaced.len();
+        bus.trail.ports |= self.code.blocks[block].ports;
         self.cpu.outcomes = 1;
-        for op in &decoded.ops[first..first + count] {
-            bus.trail.op = done as u8;
-            let kept = bus.trail.replaced.len();
-            flow = (op.run)(&mut self.cpu, bus, op);
-            if flow != Flow::Next {
-                if matches!(flow, Flow::Inexact | Flow::Trap) {
-                    bus.undo(kept, accesses);
-                }
-                break;
+        let translated = self.code.blocks[block].translated.code(Mode::Apart, 0);
+        let (flow, mut done) = match translated.filter(|_| count > 1) {
+            Some(code) => {
+                let ended = code.run_apart(&mut self.cpu, bus);
+                (ended.flow.unwrap_or(Flow::Next), ended.done)
             }
-            done += 1;
+            None => self.interpret_apart(bus, block, first, count),
+        };
+        if matches!(flow, Flow::Inexact | Flow::Trap) {
+            bus.trail.op = done as u8;
+            bus.undo(kept, accesses);
         }
+        let decoded = &self.code.blocks[block];
         let taken = flow == Flow::Branch;
         done += usize::from(taken || flow == Flow::Leave);
         if taken {
@@ -182,6 +183,30 @@ impl Core {
         }
     }
 
+    /// Runs some instructions one by one: how the last one ended, and how many ran before it.
+    #[inline(always)]
+    fn interpret_apart(
+        &mut self,
+        bus: &mut Bus,
+        number: usize,
+        first: usize,
+        count: usize,
+    ) -> (Flow, usize) {
+        let block = &mut self.code.blocks[number];
+        if count > 1 && block.translated.is_due(count) {
+            self.code.translate(number, 0, Mode::Apart);
+        }
+        let ops = &self.code.blocks[number].ops[first..first + count];
+        for (done, op) in ops.iter().enumerate() {
+            bus.trail.op = done as u8;
+            let flow = (op.run)(&mut self.cpu, bus, op);
+            if flow != Flow::Next {
+                return (flow, done);
+            }
+        }
+        (Flow::Next, count)
+    }
+
     /// The block at PC, if it is known, and whether it begins with an instruction of 32 bits.
     #[inline(always)]
     fn target(&mut self, bus: &mut Bus) -> (Option<usize>, bool) {
@@ -219,7 +244,7 @@ impl Core {
         let ends = ends.chain(std::iter::once(trail.accesses.len()));
         for (stretch, end) in trail.stretches.iter().zip(ends) {
             let own = accesses.by_ref().take(end - stretch.accesses);
-            let bit = |access: &(u8, u8)| 1_u32.checked_shl(access.1.into()).unwrap_or(0);
+            let bit = |access: &[u8; 2]| 1_u32.checked_shl(access[1].into()).unwrap_or(0);
             let ports = own.fold(0, |ports, access| ports | bit(access));
             note(
                 ports | self.code.blocks[stretch.run.block].ports,
@@ -235,7 +260,11 @@ impl Core {
         let mut found = Vec::new();
         let mut end = trail.accesses.len();
         for stretch in trail.stretches.iter().rev() {
-            self.replay(stretch, &trail.accesses[stretch.accesses..end], &mut found);
+            // The first access of an instruction comes when it begins, which is before.
+            let accesses = &trail.accesses[stretch.accesses..end];
+            if accesses.windows(2).any(|pair| pair[0][0] == pair[1][0]) {
+                self.replay(stretch, accesses, &mut found);
+            }
             end = stretch.accesses;
             if stretch.cycle + ACCESS_CYCLES <= horizon {
                 break;
@@ -245,7 +274,7 @@ impl Core {
     }
 
     /// Counts a stretch again, for the cycles of its accesses.
-    fn replay(&self, stretch: &Stretch, mut accesses: &[(u8, u8)], found: &mut Vec<(u8, u64)>) {
+    fn replay(&self, stretch: &Stretch, mut accesses: &[[u8; 2]], found: &mut Vec<(u8, u64)>) {
         let Run { first, done, .. } = stretch.run;
         let (mut pipe, mut cycle) = (self.pipes.state(stretch.pipe), stretch.cycle);
         let mut outcomes = Outcomes::new(stretch.outcomes);
@@ -253,11 +282,11 @@ impl Core {
         for (i, info) in infos.iter().enumerate() {
             let count = accesses
                 .iter()
-                .take_while(|(op, _)| *op as usize == i)
+                .take_while(|[op, _]| *op as usize == i)
                 .count();
             let (own, rest) = accesses.split_at(count);
             accesses = rest;
-            let cycles = (cycle..).zip(own).map(|(cycle, (_, port))| (*port, cycle));
+            let cycles = (cycle..).zip(own).map(|(cycle, [_, port])| (*port, cycle));
             found.extend(cycles.filter(|(port, _)| *port != NO_PORT));
             if i + 1 == done {
                 break;

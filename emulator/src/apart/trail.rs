@@ -4,6 +4,7 @@
 use crate::bus::Bus;
 use crate::core::Run;
 use crate::memory::Replaced;
+use std::mem::offset_of;
 
 /// What a core did apart.
 #[derive(Default)]
@@ -13,9 +14,46 @@ pub(crate) struct Trail {
     /// The instruction of the stretch that runs.
     pub(super) op: u8,
     /// Accesses: instruction of the stretch, and port.
-    pub(super) accesses: Vec<(u8, u8)>,
-    pub(super) replaced: Vec<Replaced>,
+    pub(crate) accesses: Log<[u8; 2]>,
+    pub(crate) replaced: Log<Replaced>,
     pub(super) stretches: Vec<Stretch>,
+}
+
+/// A list that translated code adds to, which has made room for it before.
+#[derive(Default)]
+pub(crate) struct Log<T> {
+    room: Vec<T>,
+    len: usize,
+}
+
+impl<T: Copy + Default> Log<T> {
+    /// Makes room for so many more: where the first one is, whatever is added.
+    pub fn reserve(&mut self, more: usize) -> *mut T {
+        let wanted = self.len + more;
+        if self.room.len() < wanted {
+            self.room.resize(wanted.next_power_of_two(), T::default());
+        }
+        self.room.as_mut_ptr()
+    }
+
+    pub fn truncate(&mut self, len: usize) {
+        self.len = len.min(self.len);
+    }
+
+    #[inline(always)]
+    fn push(&mut self, entry: T) {
+        self.reserve(1);
+        self.room[self.len] = entry;
+        self.len += 1;
+    }
+}
+
+impl<T> std::ops::Deref for Log<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.room[..self.len]
+    }
 }
 
 /// Instructions that ran, and how it was before them.
@@ -30,19 +68,24 @@ pub(super) struct Stretch {
 
 impl Trail {
     /// Where the number of the instruction is, for translated code.
-    pub(crate) const OP: usize = std::mem::offset_of!(Trail, op);
+    pub(crate) const OP: usize = offset_of!(Trail, op);
+    /// Where the ports are that were used.
+    pub(crate) const PORTS: usize = offset_of!(Trail, ports);
+    /// Where the numbers of accesses and of stores are.
+    pub(crate) const ACCESSES: usize = offset_of!(Trail, accesses) + offset_of!(Log<[u8; 2]>, len);
+    pub(crate) const REPLACED: usize = offset_of!(Trail, replaced) + offset_of!(Log<Replaced>, len);
 
     pub(super) fn begin(&mut self, ports: u32) {
         self.ports = ports;
-        self.accesses.clear();
-        self.replaced.clear();
+        self.accesses.truncate(0);
+        self.replaced.truncate(0);
         self.stretches.clear();
     }
 
     #[inline(always)]
     fn note(&mut self, port: u8) {
         self.ports |= 1_u32.checked_shl(port.into()).unwrap_or(0);
-        self.accesses.push((self.op, port));
+        self.accesses.push([self.op, port]);
     }
 }
 
@@ -62,29 +105,36 @@ impl Bus {
         if !self.apart || !address.is_multiple_of(size) {
             return None;
         }
-        let (replaced, port) = self.memory.write_apart(address, size, value)?;
+        let (mut replaced, port) = self.memory.write_apart(address, size, value)?;
+        replaced.op = self.trail.op;
         self.trail.note(port);
         self.trail.replaced.push(replaced);
         Some(())
     }
 
-    /// Takes back what an instruction did before it turned out that it has to be exact: its stores,
-    /// those after the first `kept`, and its accesses, of those after the first `before`.
+    /// Takes back what the last instruction of a stretch did before it turned out that it has to be
+    /// exact: its stores, those after the first `kept`, and its accesses, of those after the first
+    /// `before`.
     #[cold]
     pub(super) fn undo(&mut self, kept: usize, before: usize) {
-        self.take_back(kept);
-        let (op, accesses) = (self.trail.op, &mut self.trail.accesses);
-        while accesses.len() > before && accesses.last().is_some_and(|last| last.0 == op) {
-            accesses.pop();
-        }
+        let trail = &mut self.trail;
+        let others = trail.replaced[kept..].iter();
+        let others = others
+            .take_while(|replaced| replaced.op != trail.op)
+            .count();
+        let of_others = trail.accesses[before..].iter();
+        let of_others = of_others.take_while(|access| access[0] != trail.op).count();
+        trail.accesses.truncate(before + of_others);
+        self.take_back(kept + others);
     }
 }
 
 impl Bus {
     /// Takes all but the first `kept` stores back.
     pub(super) fn take_back(&mut self, kept: usize) {
-        for replaced in self.trail.replaced.drain(kept..).rev() {
-            self.memory.put_back(&replaced);
+        for replaced in self.trail.replaced[kept..].iter().rev() {
+            self.memory.put_back(replaced);
         }
+        self.trail.replaced.truncate(kept);
     }
 }

@@ -9,6 +9,7 @@ use crate::fabric::Banks;
 
 /// Where the words of a page are: which port the first one has, and how many take turns.
 #[derive(Clone, Copy)]
+#[repr(C)]
 pub(super) struct Stripe {
     /// [`NO_PORT`] where nobody is arbitrated.
     first: u8,
@@ -27,11 +28,15 @@ impl Stripe {
 }
 
 /// What a store replaced.
+#[derive(Clone, Copy, Default)]
+#[repr(C)]
 pub(crate) struct Replaced {
-    page: u32,
-    at: u16,
-    size: u8,
-    bytes: [u8; 4],
+    pub page: u32,
+    pub bytes: [u8; 4],
+    pub at: u16,
+    pub size: u8,
+    /// The instruction of the stretch, for whoever keeps this.
+    pub op: u8,
 }
 
 impl Memory {
@@ -69,6 +74,14 @@ impl Memory {
         let page = self.all[page_of(address)].wrapping_sub(1) as usize;
         let port = self.stripes.get(page).map_or(NO_PORT, |s| s.port(address));
         1_u32.checked_shl(port.into()).unwrap_or(0)
+    }
+
+    /// For translated code of a core that runs apart: as [`Memory::places`], and of each page the
+    /// port of its first word and a mask of word numbers, a byte each.
+    pub(crate) fn places_apart(&mut self) -> (*const u32, *const u32, *mut u8, *const u8) {
+        let (reads, writes) = (self.aside.0.as_ptr(), self.aside.1.as_ptr());
+        let (pages, stripes) = (self.pages.as_mut_ptr(), self.stripes.as_ptr());
+        (reads, writes, pages.cast(), stripes.cast())
     }
 
     /// Reads what is aligned, and where: nothing where the core has to be exact.
@@ -113,6 +126,7 @@ impl Memory {
         let (page, at, size) = (page as u32, at as u16, size as u8);
         Some((
             Replaced {
+                op: 0,
                 page,
                 at,
                 size,

@@ -12,12 +12,42 @@ pub(crate) enum Mode {
     Apart,
 }
 
+/// A block in a state of the pipeline.
+pub(crate) struct Node {
+    pub block: usize,
+    pub pipe: u16,
+}
+
+/// Time, for translated code.
+pub(crate) struct Time {
+    pub left: u64,
+    pub instructions: u64,
+}
+
+impl Time {
+    pub fn new(left: u64, instructions: u64) -> Self {
+        Self { left, instructions }
+    }
+}
+
+/// How translated code would have ended.
+pub(crate) struct Ended {
+    pub block: usize,
+    pub pipe: u16,
+    pub flow: Option<Flow>,
+    pub done: usize,
+}
+
 /// There is none.
 #[derive(Clone, Copy)]
 pub(crate) enum Native {}
 
 impl Native {
-    pub fn run(self, _: &mut Cpu, _: &mut Bus) -> (Flow, usize) {
+    pub fn run(self, _: &mut Cpu, _: &mut Bus, _: &mut Time) -> Ended {
+        match self {}
+    }
+
+    pub fn run_apart(self, _: &mut Cpu, _: &mut Bus) -> Ended {
         match self {}
     }
 }
@@ -35,13 +65,13 @@ impl Host {
 pub(crate) struct Translated;
 
 impl Translated {
-    pub fn code(&self, _: Mode) -> Option<Native> {
+    pub fn code(&self, _: Mode, _: u16) -> Option<Native> {
         None
     }
 
-    pub fn is_due(&mut self, _: Mode, _: usize) -> bool {
+    pub fn is_due(&mut self, _: usize) -> bool {
         false
     }
 }
 
-pub(crate) fn translate(_: &mut Host, _: &mut Block, _: Mode) {}
+pub(crate) fn translate(_: &mut Host, _: &mut [Block], _: Node, _: Mode) {}

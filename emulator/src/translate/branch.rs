@@ -70,8 +70,9 @@ impl Emitter<'_, '_> {
             bytes,
             write: false,
         };
-        let host = self.host(span, slow);
-        let halfwords = self.part(host, bytes, false);
+        let place = self.host(span, slow);
+        let halfwords = self.part(place.host, bytes, false);
+        self.note(at, span.address, 1, place);
         let offset = self.f.ins().ishl_imm_u(halfwords, 1);
         let target = self.f.ins().iadd_imm_u(offset, i64::from(at.op.pc()));
         self.branch_to(at, target);

@@ -65,7 +65,7 @@ pub(super) struct Emitter<'f, 'b> {
     pub reads: Value,
     pub writes: Value,
     pub pages: Value,
-    time: Value,
+    pub time: Value,
     variables: [Variable; KEPT],
     left: Variable,
     instructions: Variable,
@@ -487,6 +487,15 @@ impl<'f, 'b> Emitter<'f, 'b> {
         self.go_on(index, flow);
     }
 
+    /// A load or store by the interpreter, which neither reads nor changes flags.
+    pub fn access(&mut self, at: &At) {
+        let flow = self.call(at.index, at.op, at.conditional);
+        self.go_on(at.index, flow);
+        for register in registers(at.inst.defs().core_bits() & 0x7fff) {
+            self.read(register);
+        }
+    }
+
     /// What cannot be done in place, from `slow` on: the interpreter does it, and what it defines
     /// is read again. It neither reads nor changes flags. What was emitted up to now goes on behind
     /// it, too.
@@ -499,11 +508,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
         self.f.set_cold_block(slow);
         self.begin(slow);
         self.kept = before;
-        let flow = self.call(at.index, at.op, at.conditional);
-        self.go_on(at.index, flow);
-        for register in registers(at.inst.defs().core_bits() & 0x7fff) {
-            self.read(register);
-        }
+        self.access(at);
         self.f.ins().jump(join, &[]);
         self.begin(join);
     }

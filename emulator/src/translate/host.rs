@@ -128,6 +128,28 @@ impl Native {
     }
 }
 
+impl Native {
+    /// Runs a block of a core that runs apart.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub fn run_apart(self, cpu: &mut Cpu, bus: &mut Bus) -> Ended {
+        let mut time = Time::new(0, 0);
+        time.accesses = bus.trail.accesses.reserve(ACCESSES_MAX);
+        time.replaced = bus.trail.replaced.reserve(ACCESSES_MAX);
+        let (cpu, bus): (*mut Cpu, *mut Bus) = (cpu, bus);
+        // SAFETY: `bus` was a reference just now, and nobody else has one.
+        let (reads, writes, pages, stripes) = unsafe { (*bus).memory.places_apart() };
+        time.stripes = stripes;
+        // SAFETY: as above. Besides, it reads the ports of pages there are, and notes accesses
+        // and stores where there is room for all that a block can make: so nobody moves them meanwhile.
+        Ended::of(unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE), &mut time) })
+    }
+}
+
+/// What a block of 64 instructions accesses at most, each a list of at most 32 words; twice, since
+/// what cannot be done in place may have noted some before.
+const ACCESSES_MAX: usize = 2 * 64 * 32;
+
 const PAGE: usize = crate::memory::PAGE;
 
 /// Runs an instruction by the interpreter.

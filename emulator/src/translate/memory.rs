@@ -2,11 +2,15 @@
 
 use super::Mode;
 use super::emitter::{At, Emitter, Target};
-use crate::memory::PAGE;
+use super::unit::Time;
+use crate::apart::Trail;
+use crate::bus::Bus;
+use crate::memory::{PAGE, Replaced};
 use crate::op::Flow;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I32, I64};
 use cranelift_codegen::ir::{Block, InstBuilder, MemFlagsData, Type, Value};
+use std::mem::offset_of;
 use whippen_isa::{Class, Op as I, RegSet};
 
 /// What is loaded or stored.
@@ -46,12 +50,26 @@ fn plain() -> MemFlagsData {
     MemFlagsData::new().with_notrap()
 }
 
+/// Where a span is on this computer.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub host: Value,
+    ports: Option<Ports>,
+}
+
+/// For a core that runs apart: the number plus one of the page and the offset in it, the port of
+/// its first word, and the mask of word numbers.
+#[derive(Clone, Copy)]
+struct Ports {
+    page: Value,
+    at: Value,
+    first: Value,
+    mask: Value,
+}
+
 impl Emitter<'_, '_> {
     /// Whether it was one of these, and is emitted.
     pub fn memory(&mut self, at: &At) -> bool {
-        if self.mode == Mode::Apart {
-            return false;
-        }
         match (at.inst.class(), datum(at.inst.op())) {
             (Class::Load, Some(datum)) if at.inst.t != 13 => self.load(at, datum),
             (Class::Store, Some(datum)) => self.store(at, datum),
@@ -95,11 +113,12 @@ impl Emitter<'_, '_> {
             bytes: datum.bytes,
             write: false,
         };
-        let host = self.host(span, slow);
-        let value = self.part(host, datum.bytes, datum.signed);
+        let place = self.host(span, slow);
+        let value = self.part(place.host, datum.bytes, datum.signed);
         if at.op.t == 15 {
             self.check_branch(value, slow);
         }
+        self.note(at, address, 1, place);
         if let Some(back) = back {
             self.set_register(at.op.n, back);
         }
@@ -120,8 +139,10 @@ impl Emitter<'_, '_> {
             bytes: datum.bytes,
             write: true,
         };
-        let host = self.host(span, slow);
-        let flags = plain();
+        let place = self.host(span, slow);
+        self.note(at, address, 1, place);
+        self.keep(at, place, 0, datum.bytes);
+        let (host, flags) = (place.host, plain());
         match datum.bytes {
             1 => self.f.ins().istore8(flags, value, host, 0),
             2 => self.f.ins().istore16(flags, value, host, 0),
@@ -151,13 +172,15 @@ impl Emitter<'_, '_> {
             bytes: 8,
             write,
         };
-        let host = self.host(span, slow);
+        let place = self.host(span, slow);
+        let host = place.host;
+        self.note(at, address, 2, place);
         let words = [(0, words[0]), (4, words[1])].map(|(offset, word)| match word {
             Some(word) => {
-                self.put_word(host, offset, word);
+                self.put_word(at, place, offset, word);
                 None
             }
-            None => Some(self.word(host, offset)),
+            None => Some(self.word(host, offset as i32)),
         });
         for (register, word) in pair.into_iter().zip(words) {
             if let Some(word) = word {
@@ -172,7 +195,7 @@ impl Emitter<'_, '_> {
 
     /// Where the bytes are on this computer; to `slow` where not all of them can be accessed
     /// without ado.
-    pub fn host(&mut self, span: Span, slow: Block) -> Value {
+    pub fn host(&mut self, span: Span, slow: Block) -> Place {
         let Span {
             address,
             aligned,
@@ -204,10 +227,100 @@ impl Emitter<'_, '_> {
         let page = self.f.ins().uextend(I64, number);
         let absent = self.f.ins().icmp_imm_u(IntCC::Equal, number, 0);
         self.unless(absent, slow);
+        let ports = match self.mode {
+            Mode::Alone => None,
+            Mode::Apart => Some(self.ports(page, at, slow)),
+        };
         let page = self.f.ins().ishl_imm_u(page, PAGE.trailing_zeros() as i64);
         let page = self.f.ins().iadd(self.pages, page);
         let at = self.f.ins().uextend(I64, at);
-        self.f.ins().iadd(page, at)
+        Place {
+            host: self.f.ins().iadd(page, at),
+            ports,
+        }
+    }
+
+    /// The port of the first word of a page and the mask of its words; to `slow` where it has no
+    /// port.
+    fn ports(&mut self, page: Value, at: Value, slow: Block) -> Ports {
+        let trusted = MemFlagsData::trusted();
+        let offset = offset_of!(Time, stripes) as i32;
+        let stripes = self.f.ins().load(I64, trusted, self.time, offset);
+        let stripe = self.f.ins().ishl_imm_u(page, 1);
+        let stripe = self.f.ins().iadd(stripes, stripe);
+        let first = self.f.ins().uload8(I32, trusted, stripe, -2);
+        let mask = self.f.ins().uload8(I32, trusted, stripe, -1);
+        let none = i64::from(crate::memory::NO_PORT);
+        let none = self.f.ins().icmp_imm_u(IntCC::Equal, first, none);
+        self.unless(none, slow);
+        Ports {
+            page,
+            at,
+            first,
+            mask,
+        }
+    }
+
+    /// Keeps what a store replaces, where the core runs apart.
+    pub fn keep(&mut self, at: &At, place: Place, offset: u32, bytes: u32) {
+        let Some(ports) = place.ports else {
+            return;
+        };
+        let trusted = MemFlagsData::trusted();
+        let room_at = offset_of!(Time, replaced) as i32;
+        let len_at = (offset_of!(Bus, trail) + Trail::REPLACED) as i32;
+        let room = self.f.ins().load(I64, trusted, self.time, room_at);
+        let len = self.f.ins().load(I64, trusted, self.bus, len_at);
+        let to = self.f.ins().imul_imm_u(len, size_of::<Replaced>() as i64);
+        let to = self.f.ins().iadd(room, to);
+        let host = self.f.ins().iadd_imm_u(place.host, i64::from(offset));
+        let before = self.part(host, bytes, false);
+        let page = self.f.ins().iadd_imm_s(ports.page, -1);
+        let inside = self.f.ins().iadd_imm_u(ports.at, i64::from(offset));
+        let about = self.constant(bytes | (at.index as u32) << 8);
+        let fields = [offset_of!(Replaced, page), offset_of!(Replaced, bytes)];
+        let [page_at, bytes_at] = fields.map(|offset| offset as i32);
+        self.f.ins().istore32(plain(), page, to, page_at);
+        self.f.ins().store(plain(), before, to, bytes_at);
+        let (inside_at, about_at) = (offset_of!(Replaced, at), offset_of!(Replaced, size));
+        self.f.ins().istore16(plain(), inside, to, inside_at as i32);
+        self.f.ins().istore16(plain(), about, to, about_at as i32);
+        let len = self.f.ins().iadd_imm_u(len, 1);
+        self.f.ins().store(trusted, len, self.bus, len_at);
+    }
+
+    /// Notes the accesses of an instruction, one a word, where the core runs apart.
+    pub fn note(&mut self, at: &At, address: Value, words: u32, place: Place) {
+        let Some(Ports { first, mask, .. }) = place.ports else {
+            return;
+        };
+        let trusted = MemFlagsData::trusted();
+        let trail = offset_of!(Bus, trail);
+        let offset = offset_of!(Time, accesses) as i32;
+        let room = self.f.ins().load(I64, trusted, self.time, offset);
+        let (len_at, ports_at) = (
+            (trail + Trail::ACCESSES) as i32,
+            (trail + Trail::PORTS) as i32,
+        );
+        let len = self.f.ins().load(I64, trusted, self.bus, len_at);
+        let mut ports = self.f.ins().load(I32, trusted, self.bus, ports_at);
+        let to = self.f.ins().ishl_imm_u(len, 1);
+        let to = self.f.ins().iadd(room, to);
+        let number = self.f.ins().ushr_imm_u(address, 2);
+        for word in 0..words {
+            let number = self.f.ins().iadd_imm_u(number, i64::from(word));
+            let number = self.f.ins().band(number, mask);
+            let port = self.f.ins().iadd(first, number);
+            let one = self.constant(1);
+            let bit = self.f.ins().ishl(one, port);
+            ports = self.f.ins().bor(ports, bit);
+            let port = self.f.ins().ishl_imm_u(port, 8);
+            let access = self.f.ins().bor_imm_u(port, at.index as i64);
+            self.f.ins().istore16(plain(), access, to, 2 * word as i32);
+        }
+        self.f.ins().store(trusted, ports, self.bus, ports_at);
+        let len = self.f.ins().iadd_imm_u(len, i64::from(words));
+        self.f.ins().store(trusted, len, self.bus, len_at);
     }
 
     fn load_map(&mut self, of: Type, at: Value) -> Value {
@@ -232,8 +345,9 @@ impl Emitter<'_, '_> {
     }
 
     /// Writes a word of a page.
-    pub fn put_word(&mut self, host: Value, offset: i32, word: Value) {
-        self.f.ins().store(plain(), word, host, offset);
+    pub fn put_word(&mut self, at: &At, place: Place, offset: u32, word: Value) {
+        self.keep(at, place, offset, 4);
+        self.f.ins().store(plain(), word, place.host, offset as i32);
     }
 
     /// To `slow` where something is not zero.

@@ -1,6 +1,5 @@
 //! Loads and stores of lists in place: `exec::multiple`, within a page of plain memory.
 
-use super::Mode;
 use super::emitter::{At, Emitter, registers};
 use super::memory::Span;
 use cranelift_codegen::ir::{InstBuilder, Value};
@@ -14,9 +13,6 @@ impl Emitter<'_, '_> {
             Class::StoreMultiple => false,
             _ => return false,
         };
-        if self.mode == Mode::Apart {
-            return false;
-        }
         let (before, slow) = (self.kept, self.f.create_block());
         let (op, list) = (at.op, at.op.imm as u16);
         let bytes = 4 * list.count_ones();
@@ -40,9 +36,10 @@ impl Emitter<'_, '_> {
             bytes,
             write: !loads,
         };
-        let host = self.host(span, slow);
+        let place = self.host(span, slow);
+        let host = place.host;
         for (i, word) in stored.into_iter().enumerate() {
-            self.put_word(host, 4 * i as i32, word);
+            self.put_word(at, place, 4 * i as u32, word);
         }
         let loaded: Vec<(usize, Value)> = match loads {
             true => {
@@ -57,6 +54,7 @@ impl Emitter<'_, '_> {
         if let Some(target) = target {
             self.check_branch(target, slow);
         }
+        self.note(at, span.address, list.count_ones(), place);
         for (register, word) in loaded.into_iter().filter(|(r, _)| *r != 15) {
             self.set_register(register as u8, word);
         }

@@ -10,6 +10,7 @@
 
 use crate::block::Block;
 use crate::memo::Link;
+use crate::memory::Replaced;
 use crate::op::Flow;
 use std::collections::VecDeque;
 
@@ -25,6 +26,22 @@ pub(crate) struct Time {
     pub left: u64,
     /// Instructions that ran.
     pub instructions: u64,
+    /// Of a core that runs apart, the ports of pages, and where its accesses and stores are noted.
+    pub stripes: *const u8,
+    pub accesses: *mut [u8; 2],
+    pub replaced: *mut Replaced,
+}
+
+impl Time {
+    pub fn new(left: u64, instructions: u64) -> Self {
+        Self {
+            left,
+            instructions,
+            stripes: std::ptr::null(),
+            accesses: std::ptr::null_mut(),
+            replaced: std::ptr::null_mut(),
+        }
+    }
 }
 
 /// How translated code ended.
