@@ -24,7 +24,7 @@ use crate::core::Core;
 use crate::cpu::Activity;
 use crate::machine::Machine;
 use side::Saved;
-pub(crate) use trail::Trail;
+pub(crate) use trail::{Stretch, Trail};
 
 /// Cycles of a window at least, which it has at first, and at most.
 const WINDOW_MIN: u64 = 1 << 11;

@@ -37,7 +37,7 @@ pub(crate) struct Core {
 }
 
 /// A run through a block, or through some of its instructions, that ended.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(crate) struct Run {
     pub block: usize,
     /// The first instruction.
@@ -52,7 +52,7 @@ pub(crate) struct Run {
 
 impl Run {
     /// From the beginning of a block on: how the last instruction ended, and how many ran before.
-    fn whole(block: usize, flow: Flow, before: usize) -> Self {
+    pub(crate) fn whole(block: usize, flow: Flow, before: usize) -> Self {
         Self {
             block,
             first: 0,
@@ -127,8 +127,9 @@ impl Core {
     #[inline(always)]
     fn run_translated(&mut self, bus: &mut Bus, code: Native, horizon: u64) -> Result<Run, usize> {
         let mut time = Time::new(horizon - self.cycle, self.instructions);
+        let left = time.left;
         let ended = code.run(&mut self.cpu, bus, &mut time);
-        self.cycle = horizon - time.left;
+        self.cycle += left - time.left;
         self.instructions = time.instructions;
         self.pipe = ended.pipe;
         let flow = ended.flow.ok_or(ended.block)?;

@@ -9,9 +9,11 @@ use crate::cpu::Cpu;
 use whippen_isa::ShiftType;
 
 /// How an instruction ended.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[repr(u8)]
 pub(crate) enum Flow {
     /// The next one in memory follows.
+    #[default]
     Next,
     /// It branched: `Cpu::pc` is the address.
     Branch,

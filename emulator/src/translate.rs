@@ -16,6 +16,7 @@
 //! place. Whatever they are refused for (alignment, devices, decoded code, a limit of the stack)
 //! calls the interpreter's function for that instruction, before anything of it has been done.
 
+mod apart;
 mod bits;
 mod branch;
 mod data;

@@ -8,7 +8,7 @@ use crate::cpu::Cpu;
 use crate::memory::NO_PORT;
 use crate::op::Flow;
 use crate::outcome::Outcomes;
-use crate::translate::Mode;
+use crate::translate::{Mode, Native, Time};
 use whippen_isa::timing::Pipe;
 
 /// No access comes so many cycles after its instruction began: the longest list has 32 words.
@@ -70,9 +70,9 @@ impl Core {
                 return false;
             };
             let block = &self.code.blocks[number];
-            let (count, room) = (block.ops.len(), horizon - self.cycle);
+            let room = horizon - self.cycle;
             let ended = if block.cycles_max <= room {
-                self.run_stretch(bus, number, 0, count)
+                self.run_whole(bus, number, room)
             } else if u64::from(block.took) <= room {
                 self.run_if_it_fits(bus, number, horizon)
             } else {
@@ -93,9 +93,10 @@ impl Core {
         let trail = &bus.trail;
         let (kept, accesses) = (trail.replaced.len(), trail.accesses.len());
         let stretches = trail.stretches.len();
-        let ended = self.run_stretch(bus, block, 0, self.code.blocks[block].ops.len());
+        let ended = self.run_whole(bus, block, 0);
         // An instruction may take no cycle, but a branch does.
-        let taken = matches!(ended, Ended::Branched(_));
+        let last = bus.trail.stretches[stretches..].last();
+        let taken = last.is_some_and(|last| last.run.flow == Flow::Branch);
         if self.cycle < horizon || self.cycle == horizon && taken {
             return ended;
         }
@@ -121,46 +122,83 @@ impl Core {
         Ended::There
     }
 
+    /// Runs a block, and those behind it that are translated with it while there is room for them.
+    #[inline(always)]
+    fn run_whole(&mut self, bus: &mut Bus, number: usize, room: u64) -> Ended {
+        let block = &mut self.code.blocks[number];
+        let count = block.ops.len();
+        if let Some(code) = block.translated.code(Mode::Apart, self.pipe) {
+            return self.run_translated_apart(bus, code, room);
+        }
+        if block.translated.is_due(count) {
+            self.code.translate(number, self.pipe, Mode::Apart);
+        }
+        self.run_stretch(bus, number, 0, count)
+    }
+
+    fn run_translated_apart(&mut self, bus: &mut Bus, code: Native, room: u64) -> Ended {
+        let mut time = Time::new(room, self.instructions);
+        time.end = self.cycle.wrapping_add(time.left);
+        let left = time.left;
+        let ended = code.run_apart(&mut self.cpu, bus, &mut time);
+        self.cycle = self.cycle.wrapping_add(left.wrapping_sub(time.left));
+        self.instructions = time.instructions;
+        self.pipe = ended.pipe;
+        let Some(flow) = ended.flow else {
+            (self.cpu.pc, self.cpu.it) = self.code.blocks[ended.block].place(0);
+            return Ended::Branched(Some(ended.block));
+        };
+        let run = Run::whole(ended.block, flow, ended.done);
+        self.end_stretch(bus, run, time.replaced_before, time.accesses_before)
+    }
+
     /// Runs some instructions of a block that follow each other.
     #[inline(always)]
     fn run_stretch(&mut self, bus: &mut Bus, block: usize, first: usize, count: usize) -> Ended {
-        let (accesses, outcomes) = (bus.trail.accesses.len(), self.cpu.outcomes);
-        let kept = bus.trail.replaced.len();
+        let (kept, accesses) = (bus.trail.replaced.len(), bus.trail.accesses.len());
         bus.trail.ports |= self.code.blocks[block].ports;
-        self.cpu.outcomes = 1;
-        let translated = self.code.blocks[block].translated.code(Mode::Apart, 0);
-        let (flow, mut done) = match translated.filter(|_| count > 1) {
-            Some(code) => {
-                let ended = code.run_apart(&mut self.cpu, bus);
-                (ended.flow.unwrap_or(Flow::Next), ended.done)
+        let outcomes = std::mem::replace(&mut self.cpu.outcomes, 1);
+        let (mut flow, mut before) = (Flow::Next, 0);
+        for op in &self.code.blocks[block].ops[first..first + count] {
+            bus.trail.op = before as u8;
+            flow = (op.run)(&mut self.cpu, bus, op);
+            if flow != Flow::Next {
+                break;
             }
-            None => self.interpret_apart(bus, block, first, count),
-        };
-        if matches!(flow, Flow::Inexact | Flow::Trap) {
-            bus.trail.op = done as u8;
-            bus.undo(kept, accesses);
-        }
-        let decoded = &self.code.blocks[block];
-        let taken = flow == Flow::Branch;
-        done += usize::from(taken || flow == Flow::Leave);
-        if taken {
-            self.cpu.it = whippen_isa::ItState::OUTSIDE;
-        } else {
-            (self.cpu.pc, self.cpu.it) = decoded.place(first + done);
+            before += 1;
         }
         let run = Run {
-            block,
             first,
-            done,
             single: count == 1,
-            flow,
+            ..Run::whole(block, flow, before)
         };
-        let next = if taken {
+        if run.done == 0 {
+            self.cpu.outcomes = outcomes;
+        }
+        self.end_stretch(bus, run, kept, accesses)
+    }
+
+    /// What follows from a stretch, before which there were so many stores and accesses.
+    #[inline(always)]
+    fn end_stretch(&mut self, bus: &mut Bus, run: Run, kept: usize, accesses: usize) -> Ended {
+        if matches!(run.flow, Flow::Inexact | Flow::Trap) {
+            bus.trail.op = run.done as u8;
+            bus.undo(kept, accesses);
+        }
+        let block = &self.code.blocks[run.block];
+        if run.flow == Flow::Branch {
+            self.cpu.it = whippen_isa::ItState::OUTSIDE;
+        } else {
+            (self.cpu.pc, self.cpu.it) = block.place(run.first + run.done);
+        }
+        let goes_on = matches!(run.flow, Flow::Next | Flow::Branch);
+        let whole = goes_on && run.first == 0 && !run.single;
+        let next = if whole || run.flow == Flow::Branch {
             self.target(bus)
         } else {
             (None, false)
         };
-        if done > 0 {
+        if run.done > 0 {
             bus.trail.stretches.push(Stretch {
                 outcomes: self.cpu.outcomes,
                 pipe: self.pipe,
@@ -169,42 +207,20 @@ impl Core {
                 run,
             });
             let before = self.cycle;
-            self.charge(&run, next.1);
-            if count > 1 {
-                self.code.blocks[block].took = (self.cycle - before) as u32;
+            match next.0.filter(|_| whole) {
+                Some(next) if self.follow(&run).is_none() => self.charge_and_link(&run, next),
+                Some(_) => {}
+                None => self.charge(&run, next.1),
             }
-        } else {
-            self.cpu.outcomes = outcomes;
+            if whole {
+                self.code.blocks[run.block].took = (self.cycle - before) as u32;
+            }
         }
-        match flow {
-            Flow::Next => Ended::There,
-            Flow::Branch => Ended::Branched(next.0),
+        match run.flow {
+            Flow::Next if !whole => Ended::There,
+            Flow::Next | Flow::Branch => Ended::Branched(next.0),
             Flow::Leave | Flow::Inexact | Flow::Trap => Ended::Stopped,
         }
-    }
-
-    /// Runs some instructions one by one: how the last one ended, and how many ran before it.
-    #[inline(always)]
-    fn interpret_apart(
-        &mut self,
-        bus: &mut Bus,
-        number: usize,
-        first: usize,
-        count: usize,
-    ) -> (Flow, usize) {
-        let block = &mut self.code.blocks[number];
-        if count > 1 && block.translated.is_due(count) {
-            self.code.translate(number, 0, Mode::Apart);
-        }
-        let ops = &self.code.blocks[number].ops[first..first + count];
-        for (done, op) in ops.iter().enumerate() {
-            bus.trail.op = done as u8;
-            let flow = (op.run)(&mut self.cpu, bus, op);
-            if flow != Flow::Next {
-                return (flow, done);
-            }
-        }
-        (Flow::Next, count)
     }
 
     /// The block at PC, if it is known, and whether it begins with an instruction of 32 bits.

@@ -16,7 +16,7 @@ pub(crate) struct Trail {
     /// Accesses: instruction of the stretch, and port.
     pub(crate) accesses: Log<[u8; 2]>,
     pub(crate) replaced: Log<Replaced>,
-    pub(super) stretches: Vec<Stretch>,
+    pub(crate) stretches: Log<Stretch>,
 }
 
 /// A list that translated code adds to, which has made room for it before.
@@ -41,7 +41,7 @@ impl<T: Copy + Default> Log<T> {
     }
 
     #[inline(always)]
-    fn push(&mut self, entry: T) {
+    pub fn push(&mut self, entry: T) {
         self.reserve(1);
         self.room[self.len] = entry;
         self.len += 1;
@@ -57,13 +57,14 @@ impl<T> std::ops::Deref for Log<T> {
 }
 
 /// Instructions that ran, and how it was before them.
-pub(super) struct Stretch {
-    pub(super) run: Run,
-    pub(super) outcomes: u64,
-    pub(super) pipe: u16,
-    pub(super) cycle: u64,
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Stretch {
+    pub run: Run,
+    pub outcomes: u64,
+    pub pipe: u16,
+    pub cycle: u64,
     /// How many accesses there were.
-    pub(super) accesses: usize,
+    pub accesses: usize,
 }
 
 impl Trail {
@@ -74,12 +75,15 @@ impl Trail {
     /// Where the numbers of accesses and of stores are.
     pub(crate) const ACCESSES: usize = offset_of!(Trail, accesses) + offset_of!(Log<[u8; 2]>, len);
     pub(crate) const REPLACED: usize = offset_of!(Trail, replaced) + offset_of!(Log<Replaced>, len);
+    /// Where the number of stretches is.
+    pub(crate) const STRETCHES: usize =
+        offset_of!(Trail, stretches) + offset_of!(Log<Stretch>, len);
 
     pub(super) fn begin(&mut self, ports: u32) {
         self.ports = ports;
         self.accesses.truncate(0);
         self.replaced.truncate(0);
-        self.stretches.clear();
+        self.stretches.truncate(0);
     }
 
     #[inline(always)]

@@ -22,11 +22,20 @@ pub(crate) struct Node {
 pub(crate) struct Time {
     pub left: u64,
     pub instructions: u64,
+    pub end: u64,
+    pub accesses_before: usize,
+    pub replaced_before: usize,
 }
 
 impl Time {
     pub fn new(left: u64, instructions: u64) -> Self {
-        Self { left, instructions }
+        Self {
+            left,
+            instructions,
+            end: 0,
+            accesses_before: 0,
+            replaced_before: 0,
+        }
     }
 }
 
@@ -47,7 +56,7 @@ impl Native {
         match self {}
     }
 
-    pub fn run_apart(self, _: &mut Cpu, _: &mut Bus) -> Ended {
+    pub fn run_apart(self, _: &mut Cpu, _: &mut Bus, _: &mut Time) -> Ended {
         match self {}
     }
 }

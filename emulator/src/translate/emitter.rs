@@ -23,10 +23,17 @@ pub(super) const CARRY: usize = 18;
 pub(super) const OVERFLOW: usize = 19;
 pub(super) const OUTCOMES: usize = 20;
 const KEPT: usize = 21;
+/// R0 to R14, and the flags.
+const REGISTERS: u32 = 0x7fff;
+const FLAGS: u32 = 0xf << NEGATIVE;
 
 /// What is known when code is emitted.
 #[derive(Clone, Copy)]
 pub(super) struct Kept {
+    /// What is in a value, a bit each.
+    known: u32,
+    /// What the core's memory does not hold yet.
+    dirty: u32,
     /// All flags are those of this difference.
     pub compared: Option<(Value, Value)>,
     /// The outcomes, where they are the same on every way.
@@ -67,16 +74,14 @@ pub(super) struct Emitter<'f, 'b> {
     pub pages: Value,
     pub time: Value,
     variables: [Variable; KEPT],
-    left: Variable,
-    instructions: Variable,
-    node: Node,
-    unit: Unit<'b, Block>,
+    pub node: Node,
+    pub unit: Unit<'b, Block>,
     helpers: Helpers,
     helper: SigRef,
 }
 
 /// Fields of the core: whole, in this computer's order.
-fn fixed() -> MemFlagsData {
+pub(super) fn fixed() -> MemFlagsData {
     MemFlagsData::trusted()
 }
 
@@ -108,10 +113,11 @@ impl<'f, 'b> Emitter<'f, 'b> {
         let variables = std::array::from_fn(|slot| f.declare_var(place(slot).1));
         let call = f.func.signature.call_conv;
         let helper = f.import_signature(signature(Signature::new(call), 3));
-        let (left, instructions) = (f.declare_var(I64), f.declare_var(I64));
         let mut emitter = Self {
             f,
             kept: Kept {
+                known: 0,
+                dirty: 0,
                 compared: None,
                 outcomes: None,
             },
@@ -124,27 +130,13 @@ impl<'f, 'b> Emitter<'f, 'b> {
             pages: parameters[4],
             time: parameters[5],
             variables,
-            left,
-            instructions,
             node: Node { block: 0, pipe: 0 },
-            unit: Unit::new(blocks),
+            unit: Unit::new(blocks, mode),
             helpers,
             helper,
         };
-        for (variable, offset) in emitter.times() {
-            let value = emitter.f.ins().load(I64, fixed(), emitter.time, offset);
-            emitter.f.def_var(variable, value);
-        }
-        emitter.read_all();
+        emitter.know_registers();
         emitter
-    }
-
-    /// What is kept of time, and where it is.
-    fn times(&self) -> [(Variable, i32); 2] {
-        [
-            (self.left, offset_of!(Time, left) as i32),
-            (self.instructions, offset_of!(Time, instructions) as i32),
-        ]
     }
 
     /// Emits what begins with a node.
@@ -165,11 +157,16 @@ impl<'f, 'b> Emitter<'f, 'b> {
         self.node = node;
         self.goes_on = true;
         self.kept = Kept {
+            known: self.in_values(),
+            dirty: 0,
             compared: None,
             outcomes: Some(1),
         };
         let none = self.f.ins().iconst(I64, 1);
         self.set(OUTCOMES, none);
+        if self.mode == Mode::Apart {
+            self.begin_apart();
+        }
         let block = &self.unit.blocks[node.block];
         for (index, (op, info)) in block.ops.iter().zip(&block.infos).enumerate() {
             self.instruction(index, op, info);
@@ -216,16 +213,26 @@ impl<'f, 'b> Emitter<'f, 'b> {
         };
         let holds = self.holds(cond);
         self.remember(holds);
+        // Both ways have the old values.
+        let flags = if at.inst.s { FLAGS } else { 0 };
+        self.know(u32::from(at.inst.defs().core_bits()) & REGISTERS | flags);
         let (met, join) = (self.f.create_block(), self.f.create_block());
         self.f.ins().brif(holds, met, &[], join, &[]);
         self.begin(met);
+        let skipped = self.kept;
         if !self.native(at) {
             self.interpret(at.index, at.op, Some(at));
         }
+        let mut met = skipped;
         if std::mem::replace(&mut self.goes_on, true) {
+            self.flush(!skipped.known);
+            self.know(skipped.dirty);
             self.f.ins().jump(join, &[]);
+            met = self.kept;
         }
         self.kept = Kept {
+            known: skipped.known & met.known,
+            dirty: skipped.dirty | met.dirty,
             compared: None,
             outcomes: None,
         };
@@ -238,8 +245,30 @@ impl<'f, 'b> Emitter<'f, 'b> {
         self.f.seal_block(block);
     }
 
+    /// What is in values between blocks: for the only core, whose units are loops most often, the
+    /// registers.
+    fn in_values(&self) -> u32 {
+        match self.mode {
+            Mode::Alone => REGISTERS,
+            Mode::Apart => 0,
+        }
+    }
+
+    /// Reads what is to be in values between blocks.
+    fn know_registers(&mut self) {
+        self.know(self.in_values());
+    }
+
+    /// Reads what is not in values, of those.
+    fn know(&mut self, slots: u32) {
+        for slot in members(slots & !self.kept.known) {
+            self.read(slot);
+        }
+    }
+
     /// What is kept.
     pub fn get(&mut self, slot: usize) -> Value {
+        self.know(1 << slot);
         self.f.use_var(self.variables[slot])
     }
 
@@ -248,18 +277,14 @@ impl<'f, 'b> Emitter<'f, 'b> {
         let (offset, of) = place(slot);
         let value = self.f.ins().load(of, fixed(), self.cpu, offset);
         self.f.def_var(self.variables[slot], value);
+        self.kept.known |= 1 << slot;
     }
 
-    /// Reads all registers and flags.
-    fn read_all(&mut self) {
-        (0..15)
-            .chain(NEGATIVE..=OVERFLOW)
-            .for_each(|slot| self.read(slot));
-    }
-
-    /// Changes what is written when the code is left.
+    /// Changes what is written when the block is left.
     pub fn set(&mut self, slot: usize, value: Value) {
         self.f.def_var(self.variables[slot], value);
+        self.kept.known |= 1 << slot;
+        self.kept.dirty |= 1 << slot;
     }
 
     /// A register as an operand.
@@ -274,6 +299,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
     pub fn set_register(&mut self, number: u8, value: Value) {
         let slot = (number & 15) as usize;
         self.f.def_var(self.variables[slot], value);
+        self.kept.known |= 1 << slot;
         let (offset, _) = place(slot);
         self.f.ins().store(fixed(), value, self.cpu, offset);
     }
@@ -320,36 +346,34 @@ impl<'f, 'b> Emitter<'f, 'b> {
         self.kept.outcomes = outcomes;
     }
 
-    /// Writes flags and outcomes.
-    fn flush(&mut self) {
-        for slot in NEGATIVE..=OUTCOMES {
+    /// Writes what the core's memory does not hold yet, of those.
+    fn flush(&mut self, slots: u32) {
+        for slot in members(slots & self.kept.dirty) {
             let (offset, _) = place(slot);
-            let value = self.get(slot);
+            let value = self.f.use_var(self.variables[slot]);
             self.f.ins().store(fixed(), value, self.cpu, offset);
         }
+        self.kept.dirty &= !slots;
     }
 
     /// Leaves the block towards an address, after so many instructions before the last one; nothing
     /// follows.
     pub fn leave_to(&mut self, flow: Flow, index: usize, target: Target) {
         self.goes_on = false;
+        self.flush(FLAGS);
         let done = index + usize::from(flow == Flow::Branch);
         let known = match target {
             Target::Known(address) => Some(address),
             Target::Of(_) => None,
         };
-        let ways = match self.mode {
-            Mode::Alone => self.unit.ways(self.node, done, self.kept.outcomes, known),
-            Mode::Apart => Vec::new(),
-        };
-        for way in ways {
+        for way in self.unit.ways(self.node, done, self.kept.outcomes, known) {
             let Some(is_it) = self.is_way(&way, target) else {
-                return self.go_to(&way);
+                return self.go_to(&way, flow);
             };
             let (here, next) = (self.f.create_block(), self.f.create_block());
             self.f.ins().brif(is_it, here, &[], next, &[]);
             self.begin(here);
-            self.go_to(&way);
+            self.go_to(&way, flow);
             self.begin(next);
         }
         if flow == Flow::Branch {
@@ -387,21 +411,32 @@ impl<'f, 'b> Emitter<'f, 'b> {
     }
 
     /// Goes on with the block that follows, where it is here and there is room up to the horizon.
-    fn go_to(&mut self, way: &Way) {
-        let left = self.f.use_var(self.left);
-        let cycles = self.f.ins().iconst(I64, i64::from(way.link.known.cycles));
-        let left = self.f.ins().isub(left, cycles);
-        self.f.def_var(self.left, left);
-        let instructions = self.f.use_var(self.instructions);
-        let done = i64::from(way.link.done);
-        let instructions = self.f.ins().iadd_imm_u(instructions, done);
-        self.f.def_var(self.instructions, instructions);
+    fn go_to(&mut self, way: &Way, flow: Flow) {
+        let left_at = offset_of!(Time, left) as i32;
+        let left = self.f.ins().load(I64, fixed(), self.time, left_at);
+        let room = match self.mode {
+            Mode::Alone => None,
+            Mode::Apart => Some(self.note_stretch(way, flow, left)),
+        };
+        let cycles = i64::from(way.link.known.cycles);
+        let left = self.f.ins().iadd_imm_s(left, -cycles);
+        self.f.ins().store(fixed(), left, self.time, left_at);
+        let count_at = offset_of!(Time, instructions) as i32;
+        let count = self.f.ins().load(I64, fixed(), self.time, count_at);
+        let count = self.f.ins().iadd_imm_u(count, i64::from(way.link.done));
+        self.f.ins().store(fixed(), count, self.time, count_at);
         let node = way.node();
         let f = &mut self.f;
         if let Some(block) = self.unit.node(node, || f.create_block()) {
+            let kept = self.kept;
+            self.know_registers();
+            self.kept = kept;
             let needed = self.unit.blocks[node.block].cycles_max as i64;
-            let cc = IntCC::UnsignedGreaterThanOrEqual;
-            let fits = self.f.ins().icmp_imm_u(cc, left, needed);
+            let cc = IntCC::SignedGreaterThanOrEqual;
+            let mut fits = self.f.ins().icmp_imm_u(cc, left, needed);
+            if let Some(room) = room {
+                fits = self.f.ins().band(fits, room);
+            }
             let out = self.f.create_block();
             self.f.set_cold_block(out);
             self.f.ins().brif(fits, block, &[], out, &[]);
@@ -430,11 +465,9 @@ impl<'f, 'b> Emitter<'f, 'b> {
 
     /// Leaves the code.
     fn leave(&mut self, ended: Value) {
-        self.flush();
-        for (variable, offset) in self.times() {
-            let value = self.f.use_var(variable);
-            self.f.ins().store(fixed(), value, self.time, offset);
-        }
+        let kept = self.kept;
+        self.flush(u32::MAX);
+        self.kept = kept;
         self.f.ins().return_(&[ended]);
     }
 
@@ -476,13 +509,17 @@ impl<'f, 'b> Emitter<'f, 'b> {
 
     /// An instruction by the interpreter, which may read and change everything.
     fn interpret(&mut self, index: usize, op: &Op, at: Option<&At>) {
-        self.flush();
+        self.flush(u32::MAX);
         let flow = self.call(index, op, at.is_some_and(|at| at.conditional));
-        self.read_all();
-        self.read(OUTCOMES);
+        self.kept.known = 0;
         self.kept.compared = None;
         if at.is_none_or(|at| at.inst.class() == Class::Divide || at.inst.is_conditional()) {
             self.kept.outcomes = None;
+        }
+        if let Some(known) = self.kept.outcomes {
+            let known = self.f.ins().iconst(I64, known as i64);
+            self.set(OUTCOMES, known);
+            self.kept.dirty &= !(1 << OUTCOMES);
         }
         self.go_on(index, flow);
     }
@@ -491,7 +528,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
     pub fn access(&mut self, at: &At) {
         let flow = self.call(at.index, at.op, at.conditional);
         self.go_on(at.index, flow);
-        for register in registers(at.inst.defs().core_bits() & 0x7fff) {
+        for register in members(u32::from(at.inst.defs().core_bits()) & REGISTERS) {
             self.read(register);
         }
     }
@@ -501,6 +538,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
     /// it, too.
     pub fn or_interpret(&mut self, at: &At, slow: Block, before: Kept) {
         let goes_on = std::mem::replace(&mut self.goes_on, true);
+        let fast = self.kept;
         let join = self.f.create_block();
         if goes_on {
             self.f.ins().jump(join, &[]);
@@ -510,6 +548,9 @@ impl<'f, 'b> Emitter<'f, 'b> {
         self.kept = before;
         self.access(at);
         self.f.ins().jump(join, &[]);
+        if goes_on {
+            self.kept.known &= fast.known;
+        }
         self.begin(join);
     }
 
@@ -547,11 +588,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
     }
 }
 
-/// The members of a list, lowest first.
-pub(super) fn registers(list: u16) -> impl Iterator<Item = usize> {
-    registers32(list.into())
-}
-
-fn registers32(set: u32) -> impl Iterator<Item = usize> {
+/// The members of a set, lowest first.
+pub(super) fn members(set: u32) -> impl Iterator<Item = usize> {
     (0..32).filter(move |slot| set >> slot & 1 != 0)
 }

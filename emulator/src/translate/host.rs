@@ -129,26 +129,33 @@ impl Native {
 }
 
 impl Native {
-    /// Runs a block of a core that runs apart.
+    /// Runs blocks of a core that runs apart.
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub fn run_apart(self, cpu: &mut Cpu, bus: &mut Bus) -> Ended {
-        let mut time = Time::new(0, 0);
-        time.accesses = bus.trail.accesses.reserve(ACCESSES_MAX);
-        time.replaced = bus.trail.replaced.reserve(ACCESSES_MAX);
+    pub fn run_apart(self, cpu: &mut Cpu, bus: &mut Bus, time: &mut Time) -> Ended {
+        let trail = &mut bus.trail;
+        time.accesses = trail.accesses.reserve(2 * ACCESSES_MAX);
+        time.replaced = trail.replaced.reserve(2 * ACCESSES_MAX);
+        time.stretches = trail.stretches.reserve(STRETCHES_MAX + 1);
+        time.accesses_max = trail.accesses.len() + ACCESSES_MAX;
+        time.stretches_max = trail.stretches.len() + STRETCHES_MAX;
         let (cpu, bus): (*mut Cpu, *mut Bus) = (cpu, bus);
         // SAFETY: `bus` was a reference just now, and nobody else has one.
         let (reads, writes, pages, stripes) = unsafe { (*bus).memory.places_apart() };
         time.stripes = stripes;
-        // SAFETY: as above. Besides, it reads the ports of pages there are, and notes accesses
-        // and stores where there is room for all that a block can make: so nobody moves them meanwhile.
-        Ended::of(unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE), &mut time) })
+        // SAFETY: as above. Besides, it reads the ports of pages there are, and notes accesses,
+        // stores and stretches. A block begins only where there is room for all that it can note,
+        // so neither the code nor the interpreter runs out of it or moves it meanwhile; each store
+        // is also an access.
+        Ended::of(unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE), time) })
     }
 }
 
 /// What a block of 64 instructions accesses at most, each a list of at most 32 words; twice, since
 /// what cannot be done in place may have noted some before.
 const ACCESSES_MAX: usize = 2 * 64 * 32;
+/// Blocks that run one after the other before somebody makes room again.
+const STRETCHES_MAX: usize = 1 << 12;
 
 const PAGE: usize = crate::memory::PAGE;
 

@@ -1,11 +1,10 @@
 //! Loads and stores of one and two registers in place: `exec::memory`, in plain memory.
 
 use super::Mode;
+use super::apart::Ports;
 use super::emitter::{At, Emitter, Target};
 use super::unit::Time;
-use crate::apart::Trail;
-use crate::bus::Bus;
-use crate::memory::{PAGE, Replaced};
+use crate::memory::PAGE;
 use crate::op::Flow;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I32, I64};
@@ -46,7 +45,7 @@ fn datum(op: I) -> Option<Datum> {
 }
 
 /// Bytes of a page: at any place, and only this code knows them.
-fn plain() -> MemFlagsData {
+pub(super) fn plain() -> MemFlagsData {
     MemFlagsData::new().with_notrap()
 }
 
@@ -54,17 +53,7 @@ fn plain() -> MemFlagsData {
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     pub host: Value,
-    ports: Option<Ports>,
-}
-
-/// For a core that runs apart: the number plus one of the page and the offset in it, the port of
-/// its first word, and the mask of word numbers.
-#[derive(Clone, Copy)]
-struct Ports {
-    page: Value,
-    at: Value,
-    first: Value,
-    mask: Value,
+    pub ports: Option<Ports>,
 }
 
 impl Emitter<'_, '_> {
@@ -259,68 +248,6 @@ impl Emitter<'_, '_> {
             first,
             mask,
         }
-    }
-
-    /// Keeps what a store replaces, where the core runs apart.
-    pub fn keep(&mut self, at: &At, place: Place, offset: u32, bytes: u32) {
-        let Some(ports) = place.ports else {
-            return;
-        };
-        let trusted = MemFlagsData::trusted();
-        let room_at = offset_of!(Time, replaced) as i32;
-        let len_at = (offset_of!(Bus, trail) + Trail::REPLACED) as i32;
-        let room = self.f.ins().load(I64, trusted, self.time, room_at);
-        let len = self.f.ins().load(I64, trusted, self.bus, len_at);
-        let to = self.f.ins().imul_imm_u(len, size_of::<Replaced>() as i64);
-        let to = self.f.ins().iadd(room, to);
-        let host = self.f.ins().iadd_imm_u(place.host, i64::from(offset));
-        let before = self.part(host, bytes, false);
-        let page = self.f.ins().iadd_imm_s(ports.page, -1);
-        let inside = self.f.ins().iadd_imm_u(ports.at, i64::from(offset));
-        let about = self.constant(bytes | (at.index as u32) << 8);
-        let fields = [offset_of!(Replaced, page), offset_of!(Replaced, bytes)];
-        let [page_at, bytes_at] = fields.map(|offset| offset as i32);
-        self.f.ins().istore32(plain(), page, to, page_at);
-        self.f.ins().store(plain(), before, to, bytes_at);
-        let (inside_at, about_at) = (offset_of!(Replaced, at), offset_of!(Replaced, size));
-        self.f.ins().istore16(plain(), inside, to, inside_at as i32);
-        self.f.ins().istore16(plain(), about, to, about_at as i32);
-        let len = self.f.ins().iadd_imm_u(len, 1);
-        self.f.ins().store(trusted, len, self.bus, len_at);
-    }
-
-    /// Notes the accesses of an instruction, one a word, where the core runs apart.
-    pub fn note(&mut self, at: &At, address: Value, words: u32, place: Place) {
-        let Some(Ports { first, mask, .. }) = place.ports else {
-            return;
-        };
-        let trusted = MemFlagsData::trusted();
-        let trail = offset_of!(Bus, trail);
-        let offset = offset_of!(Time, accesses) as i32;
-        let room = self.f.ins().load(I64, trusted, self.time, offset);
-        let (len_at, ports_at) = (
-            (trail + Trail::ACCESSES) as i32,
-            (trail + Trail::PORTS) as i32,
-        );
-        let len = self.f.ins().load(I64, trusted, self.bus, len_at);
-        let mut ports = self.f.ins().load(I32, trusted, self.bus, ports_at);
-        let to = self.f.ins().ishl_imm_u(len, 1);
-        let to = self.f.ins().iadd(room, to);
-        let number = self.f.ins().ushr_imm_u(address, 2);
-        for word in 0..words {
-            let number = self.f.ins().iadd_imm_u(number, i64::from(word));
-            let number = self.f.ins().band(number, mask);
-            let port = self.f.ins().iadd(first, number);
-            let one = self.constant(1);
-            let bit = self.f.ins().ishl(one, port);
-            ports = self.f.ins().bor(ports, bit);
-            let port = self.f.ins().ishl_imm_u(port, 8);
-            let access = self.f.ins().bor_imm_u(port, at.index as i64);
-            self.f.ins().istore16(plain(), access, to, 2 * word as i32);
-        }
-        self.f.ins().store(trusted, ports, self.bus, ports_at);
-        let len = self.f.ins().iadd_imm_u(len, i64::from(words));
-        self.f.ins().store(trusted, len, self.bus, len_at);
     }
 
     fn load_map(&mut self, of: Type, at: Value) -> Value {

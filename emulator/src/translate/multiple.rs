@@ -1,6 +1,6 @@
 //! Loads and stores of lists in place: `exec::multiple`, within a page of plain memory.
 
-use super::emitter::{At, Emitter, registers};
+use super::emitter::{At, Emitter, members};
 use super::memory::Span;
 use cranelift_codegen::ir::{InstBuilder, Value};
 use whippen_isa::{Class, Op as I};
@@ -14,7 +14,7 @@ impl Emitter<'_, '_> {
             _ => return false,
         };
         let (before, slow) = (self.kept, self.f.create_block());
-        let (op, list) = (at.op, at.op.imm as u16);
+        let (op, list) = (at.op, at.op.imm);
         let bytes = 4 * list.count_ones();
         let base = self.register(op, op.n);
         let down = matches!(at.inst.op(), I::LDMDB | I::STMDB | I::PUSH);
@@ -26,9 +26,7 @@ impl Emitter<'_, '_> {
         });
         let stored: Vec<Value> = match loads {
             true => Vec::new(),
-            false => registers(list)
-                .map(|r| self.register(op, r as u8))
-                .collect(),
+            false => members(list).map(|r| self.register(op, r as u8)).collect(),
         };
         let span = Span {
             address: if down { moved } else { base },
@@ -43,7 +41,7 @@ impl Emitter<'_, '_> {
         }
         let loaded: Vec<(usize, Value)> = match loads {
             true => {
-                let words = registers(list).enumerate();
+                let words = members(list).enumerate();
                 words
                     .map(|(i, r)| (r, self.word(host, 4 * i as i32)))
                     .collect()

@@ -8,6 +8,8 @@
 //! What happened in a block, the state of the pipeline and the next address are compared with what
 //! is known, as `Core::follow` does; what is not known leaves the code.
 
+use super::Mode;
+use crate::apart::Stretch;
 use crate::block::Block;
 use crate::memo::Link;
 use crate::memory::Replaced;
@@ -15,31 +17,49 @@ use crate::op::Flow;
 use std::collections::VecDeque;
 
 /// Instructions of a unit at most, about.
-const INSTRUCTIONS_MAX: usize = 400;
+const INSTRUCTIONS_MAX: usize = 128;
 /// What may follow at one place at most.
 const WAYS_MAX: usize = 8;
 
-/// Time, for translated code.
-#[derive(Clone, Copy)]
+/// Time, and where it goes on, for translated code.
 pub(crate) struct Time {
-    /// Cycles up to the horizon.
+    /// Cycles up to the horizon; below 0 behind it.
     pub left: u64,
     /// Instructions that ran.
     pub instructions: u64,
-    /// Of a core that runs apart, the ports of pages, and where its accesses and stores are noted.
+    /// The rest is for a core that runs apart. The cycle of the horizon.
+    pub end: u64,
+    /// Ports of pages.
     pub stripes: *const u8,
+    /// Where accesses, stores and stretches are noted.
     pub accesses: *mut [u8; 2],
     pub replaced: *mut Replaced,
+    pub stretches: *mut Stretch,
+    /// How many accesses and stretches there may be when a block begins.
+    pub accesses_max: usize,
+    pub stretches_max: usize,
+    /// How many accesses and stores there were when the last block began.
+    pub accesses_before: usize,
+    pub replaced_before: usize,
 }
+
+/// No horizon is so far away.
+const LEFT_MAX: u64 = 1 << 62;
 
 impl Time {
     pub fn new(left: u64, instructions: u64) -> Self {
         Self {
-            left,
+            left: left.min(LEFT_MAX),
             instructions,
+            end: 0,
             stripes: std::ptr::null(),
             accesses: std::ptr::null_mut(),
             replaced: std::ptr::null_mut(),
+            stretches: std::ptr::null_mut(),
+            accesses_max: 0,
+            stretches_max: 0,
+            accesses_before: 0,
+            replaced_before: 0,
         }
     }
 }
@@ -115,15 +135,17 @@ impl Way {
 /// The nodes of a unit, with what stands for them in the code.
 pub(super) struct Unit<'a, T> {
     pub blocks: &'a [Block],
+    mode: Mode,
     nodes: Vec<(Node, T)>,
     open: VecDeque<(Node, T)>,
     instructions: usize,
 }
 
 impl<'a, T: Copy> Unit<'a, T> {
-    pub fn new(blocks: &'a [Block]) -> Self {
+    pub fn new(blocks: &'a [Block], mode: Mode) -> Self {
         Self {
             blocks,
+            mode,
             nodes: Vec::new(),
             open: VecDeque::new(),
             instructions: 0,
@@ -135,8 +157,11 @@ impl<'a, T: Copy> Unit<'a, T> {
         if let Some((_, found)) = self.nodes.iter().find(|(known, _)| *known == node) {
             return Some(*found);
         }
-        let count = self.blocks[node.block].ops.len();
-        if !self.nodes.is_empty() && self.instructions + count > INSTRUCTIONS_MAX {
+        let block = &self.blocks[node.block];
+        let count = block.ops.len();
+        let full = self.instructions + count > INSTRUCTIONS_MAX;
+        let elsewhere = block.translated.code(self.mode, node.pipe).is_some();
+        if !self.nodes.is_empty() && (full || elsewhere) {
             return None;
         }
         self.instructions += count;
