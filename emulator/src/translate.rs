@@ -23,6 +23,8 @@ mod data;
 mod emitter;
 mod flags;
 mod host;
+mod kept;
+mod leave;
 mod memory;
 mod multiple;
 mod multiply;
@@ -36,7 +38,7 @@ use emitter::Emitter;
 
 /// Instructions of a block that are interpreted before it is translated, which takes about as
 /// long. Tests translate nearly everything.
-const HOT: usize = if cfg!(test) { 1 << 8 } else { 1 << 17 };
+const HOT: usize = if cfg!(test) { 1 << 10 } else { 1 << 17 };
 /// Translations of a block at most: one for each mode and state of the pipeline.
 const CODES_MAX: usize = 8;
 
@@ -64,6 +66,12 @@ impl Translated {
         let mut codes = self.codes.iter();
         let found = codes.find(|code| code.0 == mode && code.1 == pipe)?;
         Some(found.2)
+    }
+
+    /// How many there are for a mode.
+    #[cfg(test)]
+    pub fn count(&self, mode: Mode) -> usize {
+        self.codes.iter().filter(|code| code.0 == mode).count()
     }
 
     /// Counts a run by the interpreter; whether the block has become hot.

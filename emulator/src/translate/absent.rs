@@ -78,6 +78,11 @@ impl Translated {
         None
     }
 
+    #[cfg(test)]
+    pub fn count(&self, _: Mode) -> usize {
+        0
+    }
+
     pub fn is_due(&mut self, _: usize) -> bool {
         false
     }

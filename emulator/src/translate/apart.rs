@@ -1,7 +1,8 @@
 //! What translated code notes of a core that runs apart (`crate::apart`): ports, accesses, what
 //! stores replace, and which blocks ran when.
 
-use super::emitter::{At, Emitter, fixed};
+use super::emitter::{At, Emitter};
+use super::kept::fixed;
 use super::memory::{Place, plain};
 use super::unit::{Time, Way};
 use crate::apart::{Stretch, Trail};

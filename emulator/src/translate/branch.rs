@@ -1,6 +1,7 @@
 //! Branches in place: `exec::branch`.
 
-use super::emitter::{At, Emitter, Target};
+use super::emitter::{At, Emitter};
+use super::leave::Target;
 use super::memory::Span;
 use crate::op::Flow;
 use cranelift_codegen::ir::condcodes::IntCC;

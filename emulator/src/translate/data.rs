@@ -1,7 +1,8 @@
 //! Data processing in place: `exec::data`.
 
-use super::emitter::{At, CARRY, Emitter, OVERFLOW};
+use super::emitter::{At, Emitter};
 use super::flags::Result;
+use super::kept::{CARRY, OVERFLOW};
 use cranelift_codegen::ir::types::I8;
 use cranelift_codegen::ir::{InstBuilder, Value};
 use whippen_isa::{Class, Op as I, ShiftType};

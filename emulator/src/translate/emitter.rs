@@ -3,51 +3,20 @@
 
 use super::Mode;
 use super::host::{Helpers, signature};
-use super::unit::{Ended, Node, Time, Unit, Way};
+use super::kept::{FLAGS, KEPT, Kept, OUTCOMES, REGISTERS, fixed, members, place};
+use super::leave::Target;
+use super::unit::{Node, Unit};
 use crate::block::{Block as Decoded, Info};
 use crate::bus::Bus;
 use crate::cpu::Cpu;
 use crate::op::{Flow, Op};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I32, I64};
-use cranelift_codegen::ir::{Block, InstBuilder, MemFlagsData, SigRef, Signature, Type, Value};
+use cranelift_codegen::ir::{Block, InstBuilder, SigRef, Signature, Value};
 use cranelift_codegen::isa::TargetFrontendConfig;
 use cranelift_frontend::{FunctionBuilder, Variable};
 use std::mem::offset_of;
 use whippen_isa::{Class, Inst, Op as I};
-
-/// What is kept in values: registers by number, then these.
-pub(super) const NEGATIVE: usize = 16;
-pub(super) const ZERO: usize = 17;
-pub(super) const CARRY: usize = 18;
-pub(super) const OVERFLOW: usize = 19;
-pub(super) const OUTCOMES: usize = 20;
-const KEPT: usize = 21;
-/// R0 to R14, and the flags.
-const REGISTERS: u32 = 0x7fff;
-const FLAGS: u32 = 0xf << NEGATIVE;
-
-/// What is known when code is emitted.
-#[derive(Clone, Copy)]
-pub(super) struct Kept {
-    /// What is in a value, a bit each.
-    known: u32,
-    /// What the core's memory does not hold yet.
-    dirty: u32,
-    /// All flags are those of this difference.
-    pub compared: Option<(Value, Value)>,
-    /// The outcomes, where they are the same on every way.
-    pub outcomes: Option<u64>,
-}
-
-/// Where a block is left to.
-#[derive(Clone, Copy)]
-pub(super) enum Target {
-    /// An address.
-    Known(u32),
-    /// One that is computed.
-    Of(Value),
-}
 
 /// What is emitted for.
 #[derive(Clone, Copy)]
@@ -73,29 +42,11 @@ pub(super) struct Emitter<'f, 'b> {
     pub writes: Value,
     pub pages: Value,
     pub time: Value,
-    variables: [Variable; KEPT],
+    pub variables: [Variable; KEPT],
     pub node: Node,
     pub unit: Unit<'b, Block>,
     helpers: Helpers,
     helper: SigRef,
-}
-
-/// Fields of the core: whole, in this computer's order.
-pub(super) fn fixed() -> MemFlagsData {
-    MemFlagsData::trusted()
-}
-
-/// Where something that is kept stands in the core, and its type.
-fn place(slot: usize) -> (i32, Type) {
-    let (offset, of) = match slot {
-        NEGATIVE => (offset_of!(Cpu, negative), I32),
-        ZERO => (offset_of!(Cpu, zero), I32),
-        CARRY => (offset_of!(Cpu, carry), I8),
-        OVERFLOW => (offset_of!(Cpu, overflow), I8),
-        OUTCOMES => (offset_of!(Cpu, outcomes), I64),
-        register => (offset_of!(Cpu, r) + 4 * register, I32),
-    };
-    (offset as i32, of)
 }
 
 impl<'f, 'b> Emitter<'f, 'b> {
@@ -245,232 +196,6 @@ impl<'f, 'b> Emitter<'f, 'b> {
         self.f.seal_block(block);
     }
 
-    /// What is in values between blocks: for the only core, whose units are loops most often, the
-    /// registers.
-    fn in_values(&self) -> u32 {
-        match self.mode {
-            Mode::Alone => REGISTERS,
-            Mode::Apart => 0,
-        }
-    }
-
-    /// Reads what is to be in values between blocks.
-    fn know_registers(&mut self) {
-        self.know(self.in_values());
-    }
-
-    /// Reads what is not in values, of those.
-    fn know(&mut self, slots: u32) {
-        for slot in members(slots & !self.kept.known) {
-            self.read(slot);
-        }
-    }
-
-    /// What is kept.
-    pub fn get(&mut self, slot: usize) -> Value {
-        self.know(1 << slot);
-        self.f.use_var(self.variables[slot])
-    }
-
-    /// Reads what the core's memory holds.
-    fn read(&mut self, slot: usize) {
-        let (offset, of) = place(slot);
-        let value = self.f.ins().load(of, fixed(), self.cpu, offset);
-        self.f.def_var(self.variables[slot], value);
-        self.kept.known |= 1 << slot;
-    }
-
-    /// Changes what is written when the block is left.
-    pub fn set(&mut self, slot: usize, value: Value) {
-        self.f.def_var(self.variables[slot], value);
-        self.kept.known |= 1 << slot;
-        self.kept.dirty |= 1 << slot;
-    }
-
-    /// A register as an operand.
-    pub fn register(&mut self, op: &Op, number: u8) -> Value {
-        match number & 15 {
-            15 => self.constant(op.pc()),
-            number => self.get(number as usize),
-        }
-    }
-
-    /// Writes a register, at once.
-    pub fn set_register(&mut self, number: u8, value: Value) {
-        let slot = (number & 15) as usize;
-        self.f.def_var(self.variables[slot], value);
-        self.kept.known |= 1 << slot;
-        let (offset, _) = place(slot);
-        self.f.ins().store(fixed(), value, self.cpu, offset);
-    }
-
-    pub fn constant(&mut self, word: u32) -> Value {
-        self.f.ins().iconst(I32, i64::from(word))
-    }
-
-    /// A field of the core.
-    pub fn field(&mut self, of: Type, offset: usize) -> Value {
-        self.f.ins().load(of, fixed(), self.cpu, offset as i32)
-    }
-
-    /// Sets a field of the core.
-    pub fn set_field(&mut self, offset: usize, value: Value) {
-        self.f.ins().store(fixed(), value, self.cpu, offset as i32);
-    }
-
-    /// Remembers for timing whether something was passed.
-    pub fn remember(&mut self, passed: Value) {
-        self.kept.outcomes = None;
-        let outcomes = self.get(OUTCOMES);
-        let moved = self.f.ins().ishl_imm_u(outcomes, 1);
-        let bit = self.f.ins().uextend(I64, passed);
-        let outcomes = self.f.ins().bor(moved, bit);
-        self.set(OUTCOMES, outcomes);
-    }
-
-    /// Remembers what is passed on every way that goes on.
-    pub fn remember_known(&mut self, passed: bool) {
-        let outcomes = self
-            .kept
-            .outcomes
-            .map(|known| known << 1 | u64::from(passed));
-        let value = match outcomes {
-            Some(known) => self.f.ins().iconst(I64, known as i64),
-            None => {
-                let moved = self.get(OUTCOMES);
-                let moved = self.f.ins().ishl_imm_u(moved, 1);
-                self.f.ins().bor_imm_u(moved, i64::from(passed))
-            }
-        };
-        self.set(OUTCOMES, value);
-        self.kept.outcomes = outcomes;
-    }
-
-    /// Writes what the core's memory does not hold yet, of those.
-    fn flush(&mut self, slots: u32) {
-        for slot in members(slots & self.kept.dirty) {
-            let (offset, _) = place(slot);
-            let value = self.f.use_var(self.variables[slot]);
-            self.f.ins().store(fixed(), value, self.cpu, offset);
-        }
-        self.kept.dirty &= !slots;
-    }
-
-    /// Leaves the block towards an address, after so many instructions before the last one; nothing
-    /// follows.
-    pub fn leave_to(&mut self, flow: Flow, index: usize, target: Target) {
-        self.goes_on = false;
-        self.flush(FLAGS);
-        let done = index + usize::from(flow == Flow::Branch);
-        let known = match target {
-            Target::Known(address) => Some(address),
-            Target::Of(_) => None,
-        };
-        for way in self.unit.ways(self.node, done, self.kept.outcomes, known) {
-            let Some(is_it) = self.is_way(&way, target) else {
-                return self.go_to(&way, flow);
-            };
-            let (here, next) = (self.f.create_block(), self.f.create_block());
-            self.f.ins().brif(is_it, here, &[], next, &[]);
-            self.begin(here);
-            self.go_to(&way, flow);
-            self.begin(next);
-        }
-        if flow == Flow::Branch {
-            let pc = match target {
-                Target::Known(address) => self.constant(address),
-                Target::Of(address) => address,
-            };
-            self.set_field(offset_of!(Cpu, pc), pc);
-        }
-        let ended = self.ended(Some(flow), index).word();
-        let ended = self.f.ins().iconst(I64, ended);
-        self.leave(ended);
-    }
-
-    /// Whether it is a way, where that is not sure.
-    fn is_way(&mut self, way: &Way, target: Target) -> Option<Value> {
-        let same = |e: &mut Self, value, known: u64| {
-            e.f.ins().icmp_imm_u(IntCC::Equal, value, known as i64)
-        };
-        let outcomes = match self.kept.outcomes {
-            Some(_) => None,
-            None => {
-                let outcomes = self.get(OUTCOMES);
-                Some(same(self, outcomes, way.outcomes))
-            }
-        };
-        let address = match target {
-            Target::Known(_) => None,
-            Target::Of(address) => Some(same(self, address, way.next.into())),
-        };
-        match (outcomes, address) {
-            (Some(outcomes), Some(address)) => Some(self.f.ins().band(outcomes, address)),
-            (one, other) => one.or(other),
-        }
-    }
-
-    /// Goes on with the block that follows, where it is here and there is room up to the horizon.
-    fn go_to(&mut self, way: &Way, flow: Flow) {
-        let left_at = offset_of!(Time, left) as i32;
-        let left = self.f.ins().load(I64, fixed(), self.time, left_at);
-        let room = match self.mode {
-            Mode::Alone => None,
-            Mode::Apart => Some(self.note_stretch(way, flow, left)),
-        };
-        let cycles = i64::from(way.link.known.cycles);
-        let left = self.f.ins().iadd_imm_s(left, -cycles);
-        self.f.ins().store(fixed(), left, self.time, left_at);
-        let count_at = offset_of!(Time, instructions) as i32;
-        let count = self.f.ins().load(I64, fixed(), self.time, count_at);
-        let count = self.f.ins().iadd_imm_u(count, i64::from(way.link.done));
-        self.f.ins().store(fixed(), count, self.time, count_at);
-        let node = way.node();
-        let f = &mut self.f;
-        if let Some(block) = self.unit.node(node, || f.create_block()) {
-            let kept = self.kept;
-            self.know_registers();
-            self.kept = kept;
-            let needed = self.unit.blocks[node.block].cycles_max as i64;
-            let cc = IntCC::SignedGreaterThanOrEqual;
-            let mut fits = self.f.ins().icmp_imm_u(cc, left, needed);
-            if let Some(room) = room {
-                fits = self.f.ins().band(fits, room);
-            }
-            let out = self.f.create_block();
-            self.f.set_cold_block(out);
-            self.f.ins().brif(fits, block, &[], out, &[]);
-            self.begin(out);
-        }
-        let (block, pipe) = (node.block, node.pipe);
-        let ended = Ended {
-            block,
-            pipe,
-            flow: None,
-            done: 0,
-        };
-        let ended = self.f.ins().iconst(I64, ended.word());
-        self.leave(ended);
-    }
-
-    fn ended(&self, flow: Option<Flow>, done: usize) -> Ended {
-        let Node { block, pipe } = self.node;
-        Ended {
-            block,
-            pipe,
-            flow,
-            done,
-        }
-    }
-
-    /// Leaves the code.
-    fn leave(&mut self, ended: Value) {
-        let kept = self.kept;
-        self.flush(u32::MAX);
-        self.kept = kept;
-        self.f.ins().return_(&[ended]);
-    }
-
     /// Calls the interpreter for an instruction: its flow.
     fn call(&mut self, index: usize, op: &Op, body: bool) -> Value {
         if self.mode == Mode::Apart {
@@ -586,9 +311,4 @@ impl<'f, 'b> Emitter<'f, 'b> {
         self.begin(next);
         value
     }
-}
-
-/// The members of a set, lowest first.
-pub(super) fn members(set: u32) -> impl Iterator<Item = usize> {
-    (0..32).filter(move |slot| set >> slot & 1 != 0)
 }

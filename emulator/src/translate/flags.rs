@@ -1,6 +1,7 @@
 //! Flags as values: additions, shifts and their carries, conditions.
 
-use super::emitter::{CARRY, Emitter, NEGATIVE, OVERFLOW, ZERO};
+use super::emitter::Emitter;
+use super::kept::{CARRY, NEGATIVE, OVERFLOW, ZERO};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{I8, I32, I64};
 use cranelift_codegen::ir::{InstBuilder, Value};

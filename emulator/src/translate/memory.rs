@@ -2,7 +2,8 @@
 
 use super::Mode;
 use super::apart::Ports;
-use super::emitter::{At, Emitter, Target};
+use super::emitter::{At, Emitter};
+use super::leave::Target;
 use super::unit::Time;
 use crate::memory::PAGE;
 use crate::op::Flow;

@@ -1,6 +1,7 @@
 //! Loads and stores of lists in place: `exec::multiple`, within a page of plain memory.
 
-use super::emitter::{At, Emitter, members};
+use super::emitter::{At, Emitter};
+use super::kept::members;
 use super::memory::Span;
 use cranelift_codegen::ir::{InstBuilder, Value};
 use whippen_isa::{Class, Op as I};

@@ -1,6 +1,7 @@
 //! Multiplication in place: `exec::multiply`.
 
-use super::emitter::{At, Emitter, NEGATIVE, ZERO};
+use super::emitter::{At, Emitter};
+use super::kept::{NEGATIVE, ZERO};
 use cranelift_codegen::ir::types::{I32, I64};
 use cranelift_codegen::ir::{InstBuilder, Value};
 use whippen_isa::Op as I;
