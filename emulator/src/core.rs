@@ -129,7 +129,7 @@ impl Core {
         let mut time = Time::new(horizon - self.cycle, self.instructions);
         let left = time.left;
         let ended = code.run(&mut self.cpu, bus, &mut time);
-        self.cycle += left - time.left;
+        self.cycle = self.cycle.wrapping_add(left.wrapping_sub(time.left));
         self.instructions = time.instructions;
         self.pipe = ended.pipe;
         let flow = ended.flow.ok_or(ended.block)?;

@@ -32,6 +32,12 @@
 //! * LDRT, STRT and their kin access as LDR and STR do.
 //! * Coprocessors other than the floating-point unit: UsageFault (NOCP).
 
+// What is for translated code alone has no use where there is none.
+#![cfg_attr(
+    not(any(target_arch = "x86_64", target_arch = "aarch64")),
+    allow(dead_code, unused_imports)
+)]
+
 mod access;
 mod alu;
 mod apart;
