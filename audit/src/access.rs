@@ -1,6 +1,9 @@
 //! What an instruction does at memory, by itself: how many words, at which addresses, and what is
 //! fetched for it.
 
+#[cfg(test)]
+mod tests;
+
 use whippen_isa::{Class, Inst, RegSet, reg};
 
 use crate::facts::{ALL, Facts, Interval, holds};

@@ -115,19 +115,19 @@ impl Elf {
         })
     }
 
-    /// One constant word at an address.
+    /// Sections of those names, addresses and bytes: `.text` is code, `.data` is written.
     #[cfg(test)]
-    pub(crate) fn of_constant(base: u32, word: u32) -> Self {
-        let section = Section {
-            name: ".rodata".to_string(),
-            base,
-            size: 4,
-            code: false,
-            writable: false,
-            bytes: word.to_le_bytes().to_vec(),
+    pub(crate) fn of(sections: &[(&str, u32, &[u8])]) -> Self {
+        let section = |(name, base, bytes): &(&str, u32, &[u8])| Section {
+            name: name.to_string(),
+            base: *base,
+            size: bytes.len() as u32,
+            code: name.starts_with(".text"),
+            writable: name.starts_with(".data"),
+            bytes: bytes.to_vec(),
         };
         Self {
-            sections: vec![section],
+            sections: sections.iter().map(section).collect(),
             ..Self::default()
         }
     }

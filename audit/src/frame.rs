@@ -1,6 +1,9 @@
 //! The frame of a core: from the request of its tick to the return from its handler, and what it is
 //! summed from.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 
 use whippen_isa::timing::{Core, Evidence};
@@ -292,7 +295,7 @@ fn no_other(
 }
 
 /// Checks a function; as sure as its least sure number.
-fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
+pub(crate) fn check_function(stepper: &Stepper) -> Result<Evidence, Refusal> {
     let function = stepper.function;
     let Some(first) = function.pieces.first() else {
         return Err(Refusal::new(format!("`{}` has no pieces", function.name)));

@@ -17,10 +17,14 @@ mod access;
 mod certificate;
 mod effect;
 mod elf;
+#[cfg(test)]
+mod executed;
 mod explain;
 mod facts;
 mod frame;
 mod legs;
+#[cfg(test)]
+mod made;
 mod memory;
 mod overlap;
 mod piece;

@@ -6,6 +6,9 @@
 //! bank that the function is fetched from; behind a bridge that a DMA uses, or the other core in
 //! its ticks, what that holds it for.
 
+#[cfg(test)]
+mod tests;
+
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -442,41 +445,5 @@ impl<'a> Around<'a> {
             .filter(|_| known && value[1] - value[0] < 1 << 30)?;
         let rest = section.size - (low - section.base);
         (value[1] - value[0] < i64::from(rest)).then_some(section.base)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_banks_of_a_range_are_those_of_its_words() {
-        for (size, striped, banks) in [
-            (0x8_0000, true, vec![0, 1, 2, 3, 4, 5, 6, 7]),
-            (0x4_0000, true, vec![3, 1, 2, 0]),
-            (0x1000, false, vec![9]),
-            (0x2000, false, vec![4, 5]),
-            (0x1800, false, vec![4, 5, 6]),
-        ] {
-            let memory = Memory {
-                base: 0x2000_0000,
-                size,
-                access: 1,
-                fetch: 1,
-                striped,
-                banks,
-            };
-            for from in [0, 2, 4, 0x0ffe, 0x1000, 0x17fc] {
-                for bytes in [0, 1, 2, 3, 4, 7, 8, 20, 64, 0x400, 0x900, 0x2000] {
-                    let from = memory.base + from;
-                    let bytes = bytes.min((memory.base + size).saturating_sub(from));
-                    let all = (from..from + bytes.max(1)).filter_map(|at| memory.bank(at));
-                    let wanted = all.fold(0, |set, bank| set | 1 << bank);
-                    if from < memory.base + size {
-                        assert_eq!(memory.banks_of(from, bytes), wanted, "{from:#x}, {bytes}");
-                    }
-                }
-            }
-        }
     }
 }

@@ -3,6 +3,8 @@
 
 use whippen_isa::{Class, Inst, Op, RegSet, ShiftType, reg};
 
+use crate::access::{is_store, words};
+
 /// What a register or a slot holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Tag {
@@ -66,15 +68,17 @@ impl Place {
             };
             self.registers[usize::from(register)] = tag;
         }
-        self.store(inst, sp, &before)?;
         if defs.contains(RegSet::core(reg::SP)) {
-            let moved = moved(inst).ok_or("moves the stack pointer nobody knows where")?;
+            // It is rounded down to a word.
+            let moved = moved(inst).filter(|moved| moved % 4 == 0);
+            let moved = moved.ok_or("moves the stack pointer nobody knows where")?;
             self.sp = sp
                 .checked_add(moved)
                 .ok_or("moves the stack pointer too far")?;
-            let sp = self.sp;
-            self.slots.retain(|(at, _)| *at >= sp);
         }
+        self.store(inst, sp, &before)?;
+        let sp = self.sp;
+        self.slots.retain(|(at, _)| *at >= sp);
         Ok(())
     }
 
@@ -89,40 +93,32 @@ impl Place {
         slot(inst, self.sp, reg::PC, false).and_then(|at| self.at(at))
     }
 
-    /// A store by the stack pointer: what was in the slots is gone.
+    /// A store by the stack pointer, which was at `sp`: what was in the slots is gone.
     fn store(
         &mut self,
         inst: &Inst,
         sp: i32,
         before: &[Option<Tag>; 16],
     ) -> Result<(), &'static str> {
-        use Class::*;
-        let class = inst.class();
-        let is_store = matches!(
-            class,
-            Store | StoreDual | StoreMultiple | StoreOrdered | FloatStore | FloatStoreMultiple
-        );
-        if !is_store || inst.n != reg::SP {
+        if !is_store(inst) || inst.n != reg::SP {
             return Ok(());
         }
-        let simple = matches!(class, Store | StoreDual | StoreMultiple)
-            && !inst.op().identifier().ends_with("_register");
-        if !simple {
+        let Some([from, end]) = stored(inst, sp) else {
             // Somewhere on the stack: nothing is known of it any more.
             self.slots.clear();
             return Ok(());
+        };
+        if end > 0 {
+            return Err("stores into its caller's stack");
         }
-        let word = class != Store || inst.op() == Op::STR_immediate;
-        for register in 0..16 {
-            let Some(to) = slot(inst, sp, register, true) else {
-                continue;
-            };
-            if to >= 0 {
-                return Err("stores into its caller's stack");
-            }
-            self.slots.retain(|(at, _)| (at - to).abs() >= 4);
-            let tag = before[usize::from(register)].filter(|_| word);
-            self.slots.extend(tag.map(|tag| (to, tag)));
+        if from < self.sp {
+            return Err("stores below its stack");
+        }
+        self.slots.retain(|(at, _)| at + 4 <= from || end <= *at);
+        for register in (0..16).filter(|_| end - from >= 4) {
+            let slot = slot(inst, sp, register, true);
+            let tag = before[usize::from(register)];
+            self.slots.extend(slot.zip(tag));
         }
         self.slots.sort_unstable();
         Ok(())
@@ -152,27 +148,50 @@ pub(crate) fn steps(inst: &Inst, register: u8) -> bool {
 
 /// By how many bytes an instruction moves the stack pointer.
 fn moved(inst: &Inst) -> Option<i32> {
-    let offset = if inst.add {
-        inst.imm as i32
-    } else {
-        -(inst.imm as i32)
-    };
-    let list = 4 * (inst.imm as u16).count_ones() as i32;
-    let singles = 4 * inst.uses().union(inst.defs()).single_bits().count_ones() as i32;
+    let bytes = 4 * i32::from(words(inst));
     match (inst.class(), inst.op()) {
         (_, Op::ADD_SP_plus_immediate) => Some(inst.imm as i32),
         (_, Op::SUB_SP_minus_immediate) => Some(-(inst.imm as i32)),
-        (_, Op::PUSH | Op::STMDB) => Some(-list),
-        (_, Op::POP | Op::LDM) => Some(list),
-        (_, Op::VPUSH | Op::VPUSH_single) => Some(-singles),
-        (_, Op::VPOP | Op::VPOP_single) => Some(singles),
+        (_, Op::PUSH | Op::STMDB | Op::VPUSH | Op::VPUSH_single) => Some(-bytes),
+        (_, Op::POP | Op::LDM | Op::VPOP | Op::VPOP_single) => Some(bytes),
         (Class::Load | Class::LoadDual | Class::Store | Class::StoreDual, _)
             if inst.n == reg::SP && inst.wback && inst.t != reg::SP && inst.t2 != reg::SP =>
         {
-            Some(offset)
+            Some(offset(inst))
         }
         _ => None,
     }
+}
+
+/// How far a load or store goes from its base, or moves it.
+fn offset(inst: &Inst) -> i32 {
+    match inst.add {
+        true => inst.imm as i32,
+        false => -(inst.imm as i32),
+    }
+}
+
+/// From where to where an instruction stores by the stack pointer, which is at `sp`, if that is
+/// known.
+fn stored(inst: &Inst, sp: i32) -> Option<[i32; 2]> {
+    use Class::*;
+    let bytes = match inst.op() {
+        Op::STRB_immediate | Op::STRBT => 1,
+        Op::STRH_immediate | Op::STRHT => 2,
+        _ => 4 * i32::from(words(inst)),
+    };
+    let by_register = inst.op().identifier().ends_with("_register");
+    let from = match inst.class() {
+        Store | StoreDual | FloatStore if by_register => return None,
+        Store | StoreDual | FloatStore if inst.index => sp + offset(inst),
+        Store | StoreDual => sp,
+        StoreMultiple | FloatStoreMultiple => match inst.op() {
+            Op::STM | Op::VSTMIA | Op::VSTMIA_single | Op::FSTMIAX => sp,
+            _ => sp - bytes,
+        },
+        _ => return None,
+    };
+    Some([from, from + bytes])
 }
 
 /// The slot that an instruction loads a register from, or stores it to.
@@ -183,11 +202,7 @@ fn slot(inst: &Inst, sp: i32, register: u8, stores: bool) -> Option<i32> {
     }
     let list = inst.imm as u16;
     let below = 4 * (u32::from(list) & ((1 << register) - 1)).count_ones() as i32;
-    let offset = match (inst.index, inst.add) {
-        (false, _) => 0,
-        (true, true) => inst.imm as i32,
-        (true, false) => -(inst.imm as i32),
-    };
+    let offset = if inst.index { offset(inst) } else { 0 };
     let listed = list >> register & 1 != 0;
     match (inst.class(), stores) {
         (StoreMultiple, true) if listed && inst.op() == Op::STM => Some(sp + below),

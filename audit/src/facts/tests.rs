@@ -17,7 +17,7 @@ impl Claims for Facts {
     }
 
     fn execute(&mut self, inst: &Inst) {
-        let constant = Elf::of_constant(0x108, 0x1234_5678);
+        let constant = Elf::of(&[(".rodata", 0x108, &0x1234_5678_u32.to_le_bytes())]);
         effect::execute(self, inst, 0x100, &constant);
     }
 
