@@ -5,6 +5,8 @@
 //! function that the emulator counts with.
 
 mod calls;
+#[cfg(test)]
+mod tests;
 
 use std::rc::Rc;
 
