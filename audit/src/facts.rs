@@ -22,6 +22,8 @@ pub(crate) const COUNTED: usize = 19;
 const ZEROS: usize = 20;
 /// How many places there are.
 pub const PLACES: usize = 21;
+/// Names behind an instruction at most: several for each place, and far fewer than numbers.
+const NAMES_MAX: usize = 64;
 
 /// From the first to the second, both included; empty where the first is larger.
 pub type Interval = [i64; 2];
@@ -287,6 +289,18 @@ impl Facts {
             }
         }
         self.renumber(&uses);
+    }
+
+    /// Forgets names of no place, where there are many: of as few as a certificate may say, and of
+    /// so few that a long way does not take ever more memory.
+    pub(crate) fn forget_unused(&mut self) {
+        if self.values.len() > NAMES_MAX {
+            // Whatever is named is named twice: nothing is lost.
+            let named = |name: usize| self.names.contains(&(name as u16));
+            let uses = (0..self.values.len()).map(|name| 2 * u32::from(named(name)));
+            let uses: Vec<u32> = uses.collect();
+            self.renumber(&uses);
+        }
     }
 
     fn renumber(&mut self, uses: &[u32]) {

@@ -10,8 +10,9 @@ use crate::elf::Elf;
 use crate::facts::Facts;
 use crate::memory::Around;
 use crate::overlap::Last;
+use crate::piece::tests::solve;
 use crate::piece::{Arrival, ends, node_of, walk};
-use crate::place::Place;
+use crate::place::{Place, Tag};
 use crate::step::{Node, Seen, State, Stepper};
 use crate::{Checked, Refusal, audit, core_of, costs, sums, table_of};
 
@@ -211,9 +212,9 @@ impl Image {
         for piece in 0..pieces {
             self.explore(number, piece)?;
         }
-        for _ in 0..200 {
-            let core = core_of("cortex-m33").expect("a core");
-            let why = {
+        let core = core_of("cortex-m33").expect("a core");
+        for piece in 0..pieces {
+            let solved = {
                 let around = Around::new(&self.certificate, &self.elf, 0)?;
                 let frame = &self.certificate.frames[0];
                 let function = &frame.functions[number];
@@ -225,21 +226,15 @@ impl Image {
                     function,
                     costs: &costs,
                 };
-                match crate::frame::check_function(&stepper) {
-                    Ok(_) => return Ok(()),
-                    Err(why) => why,
-                }
+                solve(&stepper, function.pieces[piece].clone())?
             };
-            let function = &mut self.certificate.frames[0].functions[number];
-            if !adapt(function, &why) {
-                return Err(why);
-            }
+            self.certificate.frames[0].functions[number].pieces[piece] = solved;
         }
-        panic!("no cycles are found that are enough");
+        Ok(())
     }
 
     /// Finds the states of a piece: those of its entry, and of the heads of its loops.
-    fn explore(&mut self, number: usize, nth: usize) -> Result<(), Refusal> {
+    pub fn explore(&mut self, number: usize, nth: usize) -> Result<(), Refusal> {
         let core = core_of("cortex-m33").expect("a core");
         let around = Around::new(&self.certificate, &self.elf, 0)?;
         let mut function = self.certificate.frames[0].functions[number].clone();
@@ -336,10 +331,14 @@ impl Image {
             let next = own.pieces.iter_mut().find(|piece| piece.entry == at);
             let next = next.expect("a piece");
             next.begins = state.pipe.to_bits();
-            next.places = vec![Place {
+            let mut place = Place {
                 registers: [None; 16],
                 ..state.place
-            }];
+            };
+            for (register, section) in &own.bases {
+                place.registers[usize::from(*register)] = Some(Tag::Section(*section));
+            }
+            next.places = vec![place];
         }
         Ok(())
     }
@@ -365,7 +364,8 @@ fn claim(piece: &mut Piece, node: Node, state: &State, loops: Vec<u32>) -> bool 
     let states = &mut piece.points[at].states;
     let new = !states.iter().any(|own| (own.0, own.1) == (pipe, facts));
     if new {
-        states.push((pipe, facts, 0));
+        // From below, for the least that is enough.
+        states.push((pipe, facts, -1_000_000));
     }
     new
 }
@@ -377,32 +377,4 @@ fn number_in<T: PartialEq>(all: &mut Vec<T>, one: T) -> u32 {
         all.push(one);
         all.len() - 1
     }) as u32
-}
-
-/// Claims the cycles that a refusal asks for.
-fn adapt(function: &mut Function, why: &Refusal) -> bool {
-    let number = |text: &str| text.parse::<i64>().ok();
-    let told = why.why.strip_prefix("claims ");
-    let Some((claimed, needed)) = told.and_then(|text| text.split_once(", not ")) else {
-        return false;
-    };
-    let Some(needed) = number(needed) else {
-        return false;
-    };
-    for piece in &mut function.pieces {
-        let is_entry = why.at == Some(piece.entry) && claimed.ends_with(" cycles");
-        if is_entry && format!("{} cycles", piece.cycles) == claimed {
-            piece.cycles = needed as u64;
-            return true;
-        }
-        for point in piece.points.iter_mut().filter(|own| why.at == Some(own.at)) {
-            let states = point.states.iter_mut();
-            let mut own = states.filter(|own| format!("that {} cycles remain", own.2) == claimed);
-            if let Some(own) = own.next() {
-                own.2 = needed;
-                return true;
-            }
-        }
-    }
-    false
 }

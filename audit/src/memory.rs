@@ -230,7 +230,7 @@ impl<'a> Around<'a> {
             .fold(base, u32::max);
         for other in (0..self.certificate.cores).filter(|other| *other != core) {
             let other = self.stack_end(other)?;
-            below = below.max(if other < end { other } else { 0 });
+            below = below.max(if other <= end { other } else { 0 });
         }
         match bytes <= end.saturating_sub(below) {
             true => Ok(()),
@@ -305,9 +305,8 @@ impl<'a> Around<'a> {
         if at == SOMEWHERE {
             return self.code;
         }
-        self.memory_at(at).map_or(0, |memory| {
-            memory.banks_of(at, AHEAD.min(memory.size - (at - memory.base)))
-        })
+        let memory = self.memory_at(at);
+        memory.map_or(0, |memory| memory.banks_of(at, AHEAD))
     }
 
     /// That code of a core is at an address.

@@ -9,6 +9,9 @@
 //! is the cycles claimed for a round. A loop is entered at its head alone, with all its rounds;
 //! back at the head one remains less; wherever it is left, one did remain at least.
 
+#[cfg(test)]
+pub(crate) mod tests;
+
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::mem;
 
@@ -141,27 +144,7 @@ pub(crate) fn check(
     facts: &Facts,
     seen: &mut Seen,
 ) -> Result<(), Refusal> {
-    let points: BTreeMap<Node, usize> = piece
-        .points
-        .iter()
-        .enumerate()
-        .map(|(nth, point)| (node_of(point), nth))
-        .collect();
-    if points.len() != piece.points.len() {
-        return Err(Refusal::at(piece.entry, "has a point twice"));
-    }
-    let entries = stepper.function.pieces.iter().map(|piece| piece.entry);
-    let entries: Vec<u32> = entries.collect();
-    let mut check = Check {
-        stepper,
-        piece,
-        points,
-        ends: ends(stepper.function, &entries, piece.entry),
-        claimed: Vec::new(),
-        loops: HashMap::new(),
-        longest: 0,
-        seen,
-    };
+    let mut check = Check::new(stepper, piece, seen)?;
     check.prepare()?;
     check.enter(facts)?;
     for number in 0..piece.points.len() {
@@ -174,7 +157,35 @@ pub(crate) fn check(
     check.is_least()
 }
 
-impl Check<'_> {
+impl<'a> Check<'a> {
+    fn new(
+        stepper: &'a Stepper<'a>,
+        piece: &'a Piece,
+        seen: &'a mut Seen,
+    ) -> Result<Self, Refusal> {
+        let points: BTreeMap<Node, usize> = piece
+            .points
+            .iter()
+            .enumerate()
+            .map(|(nth, point)| (node_of(point), nth))
+            .collect();
+        if points.len() != piece.points.len() {
+            return Err(Refusal::at(piece.entry, "has a point twice"));
+        }
+        let entries = stepper.function.pieces.iter().map(|piece| piece.entry);
+        let entries: Vec<u32> = entries.collect();
+        Ok(Self {
+            stepper,
+            piece,
+            points,
+            ends: ends(stepper.function, &entries, piece.entry),
+            claimed: Vec::new(),
+            loops: HashMap::new(),
+            longest: 0,
+            seen,
+        })
+    }
+
     /// That every entry is there that another one names, and that none is idle.
     fn prepare(&mut self) -> Result<(), Refusal> {
         let piece = self.piece;

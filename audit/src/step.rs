@@ -399,6 +399,7 @@ impl Stepping<'_, '_> {
         let moved = place.execute(&inst, || self.own.derived(facts, inst.n));
         moved.map_err(|why| self.refusal(why))?;
         execute(&mut state.facts, &inst, self.at(), self.own.elf());
+        state.facts.forget_unused();
         self.seen.stack = self.seen.stack.max(state.place.sp.min(0).unsigned_abs());
         Ok(cycles)
     }

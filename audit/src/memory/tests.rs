@@ -4,6 +4,7 @@
 use whippen_isa::{Arch, parse};
 
 use super::{Access, Around, SOMEWHERE, owner};
+use crate::access::RANGE;
 use crate::certificate::{Bus, Certificate, Dma, Frame, Memory, Neighbour};
 use crate::elf::Elf;
 use crate::facts::{Facts, Interval};
@@ -38,6 +39,24 @@ fn the_banks_of_a_range_are_those_of_its_words() {
             }
         }
     }
+}
+
+/// A range goes as far as its memory, whose words alone it meets; a bank without a bit is none.
+#[test]
+fn a_range_ends_with_its_memory() {
+    let striped = |size, banks: &[u8]| Memory {
+        base: 0x2000_0000,
+        size,
+        access: 1,
+        fetch: 1,
+        striped: true,
+        banks: banks.to_vec(),
+    };
+    let four = striped(0x20, &[0, 1, 2, 3]);
+    assert_eq!(four.banks_of(0x2000_001c, 0x40), 0b1000);
+    assert_eq!(four.banks_of(0x2000_0018, u32::MAX), 0b1100);
+    assert_eq!(striped(0x20, &[31, 32]).banks_of(0x2000_0000, 8), 1 << 31);
+    assert_eq!(striped(0x20, &[]).banks_of(0x2000_0000, 8), 0);
 }
 
 /// Two cores: core 0 has code and data in the striped group and its stack behind it, core 1 its
@@ -243,8 +262,13 @@ fn a_known_base_tells_of_a_device() {
     ] {
         assert_eq!(waits(&own, text, r1), Ok(cycles), "`{text}`");
     }
-    let far = [i64::from(DEVICES), i64::from(DEVICES) + 0x1000];
-    assert_eq!(waits(&own, "ldr r0, [r1, r2]", far), Ok(0));
+    // So many words are looked at, and no more: then it lies in the data.
+    let mut wide = board.clone();
+    wide.buses[0].size = 0x4000;
+    let large = around(&wide, &elf, 0);
+    let far = |bytes| [i64::from(DEVICES), i64::from(DEVICES) + bytes];
+    assert_eq!(waits(&large, "ldr r0, [r1, r2]", far(RANGE - 1)), Ok(3));
+    assert_eq!(waits(&large, "ldr r0, [r1, r2]", far(RANGE)), Ok(0));
     assert_eq!(
         waits(&own, "ldr r0, [r1]", at(DEVICES + 0x1000)),
         Err(format!(
@@ -474,6 +498,13 @@ fn a_stack_has_the_room_above_what_lies_below_it() {
     let other = around(&board, &elf, 1);
     assert!(other.has_stack_room(1, 0x2c0).is_ok() && other.has_stack_room(1, 0x2c1).is_err());
     assert_eq!(other.stack_memory(), Some(STACK - 0x1000));
+    // Two stacks of one end have no room.
+    let mut same = board.clone();
+    same.frames[1].vectors = VECTORS;
+    assert!(room(&same, &elf, 0) && !room(&same, &elf, 1));
+    let (board, elf) = two_cores();
+    let own = around(&board, &elf, 0);
+    assert_eq!(own.stack_memory(), Some(STACK - 0x1000));
 }
 
 /// Stacks and data lie where time is known, and a core has a table of vectors.
