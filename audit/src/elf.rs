@@ -1,5 +1,8 @@
 //! Reading an ELF file: sections that are loaded, their bytes, certificate and Kernels.
 
+#[cfg(test)]
+mod tests;
+
 /// The section that holds the certificate.
 pub const CERTIFICATE: &str = ".whippen.certificate";
 

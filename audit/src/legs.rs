@@ -15,6 +15,9 @@
 //! one clock, so their cycles add up. Core 0's first leg begins where it starts core 1, and waits
 //! for nothing; the last piece of core 1's leads back to where it looks for the next tick.
 
+#[cfg(test)]
+mod tests;
+
 use crate::Refusal;
 use crate::certificate::{Frame, Function, Kind, Piece};
 use crate::memory::Around;

@@ -370,9 +370,6 @@ impl<'a> Around<'a> {
 
     /// A word at any of these addresses.
     fn words_between(&self, access: &Access, [low, high]: [u32; 2]) -> Result<u16, Refusal> {
-        if low == high {
-            return self.one_word(access, low);
-        }
         let mut most = 0;
         for word in (low & !3..=high).step_by(4) {
             most = most.max(self.one_word(access, word)?);
@@ -437,11 +434,8 @@ impl<'a> Around<'a> {
 
     /// The section that an interval lies in.
     pub fn section_of(&self, value: Interval) -> Option<u32> {
-        let (low, known) = (value[0] as u32, holds(ALL, value));
-        let section = self
-            .elf
-            .section_at(low)
-            .filter(|_| known && value[1] - value[0] < 1 << 30)?;
+        let low = value[0] as u32;
+        let section = self.elf.section_at(low).filter(|_| holds(ALL, value))?;
         let rest = section.size - (low - section.base);
         (value[1] - value[0] < i64::from(rest)).then_some(section.base)
     }

@@ -1,6 +1,9 @@
 //! Loads that overlap: whether an access is in the same memory as the one right before it. On cores
 //! where loads of one memory pipeline, what is not known to be in one is taken to be in two.
 
+#[cfg(test)]
+mod tests;
+
 use whippen_isa::{Inst, reg};
 
 use crate::access::{addresses, words};
