@@ -3,6 +3,8 @@
 
 mod print;
 mod read;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeSet;
 

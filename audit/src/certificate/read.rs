@@ -9,7 +9,7 @@ use super::{
 use crate::facts::{Facts, PLACES};
 use crate::place::{Place, Tag};
 
-struct Words<'a>(std::str::SplitWhitespace<'a>);
+pub(super) struct Words<'a>(pub(super) std::str::SplitWhitespace<'a>);
 
 impl Words<'_> {
     fn text(&mut self) -> Result<&str, String> {
@@ -80,7 +80,7 @@ impl Certificate {
             .ok_or_else(|| "says something twice, or otherwise".into())
     }
 
-    fn line(&mut self, words: &mut Words) -> Result<(), String> {
+    pub(super) fn line(&mut self, words: &mut Words) -> Result<(), String> {
         let what = words.text()?.to_string();
         match what.as_str() {
             "core" => (self.core, self.table) = (words.text()?.to_string(), words.number()?),
