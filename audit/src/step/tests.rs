@@ -206,6 +206,14 @@ fn what_leaves_the_code_is_refused() {
     for (texts, why) in [
         (&["svc #0", "bx lr"][..], "leaves the code's own hands"),
         (&["udf #1"], "leaves the code's own hands"),
+        (
+            &["ldc p1, c2, [r3, #4]", "bx lr"],
+            "accesses memory for a coprocessor",
+        ),
+        (
+            &["stc2 p1, c2, [r3], #4", "bx lr"],
+            "accesses memory for a coprocessor",
+        ),
         (&["wfe", "bx lr"], "sleeps"),
         (&["wfi", "bx lr"], "sleeps"),
         (&["movs r0, #0"], "is no code of core 0"),
@@ -221,6 +229,7 @@ fn what_leaves_the_code_is_refused() {
     ] {
         assert_eq!(handler(texts), Err(why.to_string()), "{texts:?}");
     }
+    assert!(handler(&["mcr p1, #0, r0, c2, c3, #0", "bx lr"]).is_ok());
     // Half of an instruction where the code ends.
     assert_eq!(handler(&[".ffff"]), Err("is no code".to_string()));
 }
