@@ -178,7 +178,6 @@ impl Stepper<'_> {
                 return Err(Refusal::at(at, "accesses memory for a coprocessor"));
             }
             Class::BranchRegister if inst.m == reg::LR && !told => Control::Return,
-            Class::BranchRegister => Control::Indirect,
             _ if !inst.defs().contains(RegSet::core(reg::PC)) => Control::Next,
             _ if told => Control::Indirect,
             Class::LoadMultiple | Class::Load if inst.n == reg::SP && inst.wback => Control::Return,
