@@ -5,7 +5,13 @@
 
 mod called;
 
-use crate::made::{DATA, DEVICES, HANDLER, Image};
+use super::Stepper;
+use crate::certificate::Kind;
+use crate::core_of;
+use crate::facts::Facts;
+use crate::made::{DATA, DEVICES, HANDLER, Image, function};
+use crate::memory::Around;
+use crate::place::Tag;
 
 /// Cycles of a handler, or why it is refused.
 fn handler(texts: &[&str]) -> Result<u64, String> {
@@ -64,6 +70,23 @@ fn a_branch_that_is_taken_takes_longer() {
 fn a_condition_of_a_block_is_met_or_fails() {
     let both = handler(&["cmp r0, #0", "it eq", "udiveq r0, r1, r2", "bx lr"]);
     assert_eq!(both, Ok(1 + 11 + 1));
+    // Of two the second.
+    let second = |block| {
+        let texts = [
+            "movs r0, #1",
+            "cmp r0, #0",
+            block,
+            "mvnne r0, r0",
+            "udivne r0, r1, r2",
+            "bx lr",
+        ];
+        let texts = texts.map(|text| match block {
+            "ite ne" => text.replace("udivne", "udiveq"),
+            _ => text.to_string(),
+        });
+        handler(&texts.each_ref().map(String::as_str)).map(|cycles| cycles > 11)
+    };
+    assert_eq!([second("ite ne"), second("itt ne")], [Ok(false), Ok(true)]);
     // A branch is the last of its block.
     let returns = ["cmp r0, #0", "it eq", "bxeq lr", "bx lr"];
     assert!(handler(&returns).is_ok());
@@ -189,6 +212,7 @@ fn a_function_returns_where_it_was_called_from() {
     assert_eq!(refused(&["bx r3"]), "may lead anywhere");
     assert_eq!(refused(&["ldr pc, [r1]"]), "may lead anywhere");
     assert_eq!(refused(&["ldr pc, [sp]"]), "may lead anywhere");
+    assert_eq!(refused(&["ldr pc, [r1], #4"]), "may lead anywhere");
     assert_eq!(refused(&["blx r3", "bx lr"]), "may lead anywhere");
     assert_eq!(
         refused(&["str r0, [sp]", "bx lr"]),
@@ -284,6 +308,30 @@ fn addresses_of_the_stack_are_handed_out_as_is_claimed() {
         };
         assert!(image.why().ends_with(why), "{texts:?}: {}", image.why());
     }
+}
+
+/// In the code of keys a register points into the section that its words lie in.
+#[test]
+fn a_register_points_where_its_words_lie() {
+    let image = Image::new(&["bx lr"], &[], Vec::new());
+    let around = Around::new(&image.certificate, &image.elf, 0).expect("it is known");
+    let core = core_of("cortex-m33").expect("a core");
+    let mut facts = Facts::default();
+    facts.set(1, [i64::from(DATA), i64::from(DATA) + 8]);
+    let points = |kind| {
+        let own = function("own", kind, HANDLER);
+        let stepper = Stepper {
+            core: &core,
+            around: &around,
+            certificate: &image.certificate,
+            function: &own,
+            costs: &[],
+        };
+        [1, 2].map(|register| stepper.derived(&facts, register))
+    };
+    assert_eq!(points(Kind::Keys), [Some(Tag::Section(DATA)), None]);
+    assert_eq!(points(Kind::Plain), [None, None]);
+    assert_eq!(points(Kind::Handler), [None, None]);
 }
 
 /// Where an access is known to go decides what it waits for.
