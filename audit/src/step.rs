@@ -238,8 +238,8 @@ impl Stepper<'_> {
 
     fn target(&self, to: u32) -> Target {
         Target {
-            address: to & !1,
-            wide: self.elf().is_wide(to & !1),
+            address: to,
+            wide: self.elf().is_wide(to),
         }
     }
 }
@@ -313,7 +313,7 @@ impl Stepping<'_, '_> {
                 self.execute(next, None, state)?;
             }
             Control::Jump(to) => self.goes(to, state)?,
-            Control::Call(callee) => self.calls(callee & !1, state)?,
+            Control::Call(callee) => self.calls(callee, state)?,
             Control::Return => self.comes_back(state)?,
             Control::Table => {
                 for to in self.entries(&state)? {
@@ -325,8 +325,8 @@ impl Stepping<'_, '_> {
                 let none = || self.refusal("may lead anywhere");
                 for to in own.targets(at).ok_or_else(none)? {
                     match control {
-                        Control::Indirect => self.goes(to & !1, state.clone())?,
-                        _ => self.calls(to & !1, state.clone())?,
+                        Control::Indirect => self.goes(*to, state.clone())?,
+                        _ => self.calls(*to, state.clone())?,
                     }
                 }
             }
