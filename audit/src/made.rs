@@ -161,6 +161,22 @@ impl Image {
         Self { elf, certificate }
     }
 
+    /// The same image on another core.
+    pub fn on(mut self, core: &str) -> Self {
+        self.certificate.core = core.to_string();
+        self.certificate.table = core_of(core).map_or(0, |core| table_of(&core));
+        self
+    }
+
+    /// Other code, or data, where something begins that is there.
+    pub fn replace(&mut self, name: &str, base: u32, bytes: &[u8]) {
+        let sections = &mut self.elf.sections;
+        sections.retain(|section| section.base != base);
+        sections.extend(Elf::of(&[(name, base, bytes)]).sections);
+        sections.sort_by_key(|section| section.base);
+        self.certificate.sections = self.elf.constants();
+    }
+
     /// Judges what is claimed.
     pub fn judge(&self) -> Result<Vec<Checked>, Refusal> {
         audit(&self.elf, &self.certificate)
@@ -189,7 +205,7 @@ impl Image {
         for number in 0..count {
             self.prove_function(number)?;
         }
-        let core = core_of("cortex-m33").expect("a core");
+        let core = core_of(&self.certificate.core).expect("a core");
         let (parts, stack) = {
             let around = Around::new(&self.certificate, &self.elf, 0)?;
             sums(&around, &core, &self.certificate.frames[0])?
@@ -212,7 +228,7 @@ impl Image {
         for piece in 0..pieces {
             self.explore(number, piece)?;
         }
-        let core = core_of("cortex-m33").expect("a core");
+        let core = core_of(&self.certificate.core).expect("a core");
         for piece in 0..pieces {
             let solved = {
                 let around = Around::new(&self.certificate, &self.elf, 0)?;
@@ -235,7 +251,7 @@ impl Image {
 
     /// Finds the states of a piece: those of its entry, and of the heads of its loops.
     pub fn explore(&mut self, number: usize, nth: usize) -> Result<(), Refusal> {
-        let core = core_of("cortex-m33").expect("a core");
+        let core = core_of(&self.certificate.core).expect("a core");
         let around = Around::new(&self.certificate, &self.elf, 0)?;
         let mut function = self.certificate.frames[0].functions[number].clone();
         function.fetched = FETCHED;

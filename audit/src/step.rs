@@ -440,7 +440,7 @@ impl Stepping<'_, '_> {
             0 => Last::default(),
             _ => Last::of(&inst, at, &state.facts, state.place.tag(inst.n), own.around),
         };
-        let apart = own.core.overlap.cycles != 0 && state.last.is_apart(last, &inst);
+        let apart = state.last.is_apart(last, &inst);
         state.last = if outcome.skipped {
             Last::default()
         } else {

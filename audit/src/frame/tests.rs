@@ -2,7 +2,7 @@
 
 use crate::certificate::{Dma, Kind, Piece};
 use crate::core_of;
-use crate::made::{HANDLER, IDLE, Image, STACK, VECTORS, function};
+use crate::made::{HANDLER, IDLE, Image, STACK, VECTORS, assemble, function};
 
 fn nothing() -> Image {
     Image::new(&["push {r4}", "pop {r4}", "bx lr"], &[], Vec::new())
@@ -50,6 +50,31 @@ fn a_frame_is_the_sum_of_its_parts() {
     assert_eq!(parts(visited), [between, entry, handler, exit, 5, 14]);
 }
 
+/// Between ticks nothing is used of which an interrupt would have to save more; it may sleep.
+#[test]
+fn between_ticks_no_number_is_floating() {
+    let with = |text: &str| {
+        let mut image = nothing();
+        image.replace(".text.idle", IDLE, &assemble(&[text, "b .-2"]));
+        image.prove().err().map(|why| why.why)
+    };
+    assert_eq!(
+        [with("wfi"), with("wfe"), with("ldr r0, [r1]")],
+        [None, None, None]
+    );
+    // Whatever a register holds, the slowest device.
+    let mut slow = nothing();
+    slow.replace(".text.idle", IDLE, &assemble(&["ldr r0, [r1]", "b .-2"]));
+    let mut slower = slow.clone();
+    slower.certificate.buses[0].read += 40;
+    let [slow, slower] = [slow, slower].map(|image| parts(image)[0]);
+    assert_eq!(slower, slow + 40);
+    let float = with("vadd.f32 s0, s1, s2").expect("it is refused");
+    assert!(float.ends_with("makes an interrupt save more"), "{float}");
+    let handler = Image::new(&["vadd.f32 s0, s1, s2", "bx lr"], &[], Vec::new());
+    assert!(handler.prove().is_ok());
+}
+
 /// The stack of what is interrupted, of the exception with what aligns it, and of the handler.
 #[test]
 fn stacks_of_a_frame_lie_one_above_the_other() {
@@ -81,11 +106,7 @@ fn with_vector(nth: u32, word: u32) -> Image {
     let mut words = [STACK, 1, 0, image.certificate.dead | 1, HANDLER | 1];
     words[nth as usize] = word;
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    let more = crate::elf::Elf::of(&[(".vectors", VECTORS, &bytes)]);
-    image.elf.sections.retain(|own| own.base != VECTORS);
-    image.elf.sections.extend(more.sections);
-    image.elf.sections.sort_by_key(|own| own.base);
-    image.certificate.sections = image.elf.constants();
+    image.replace(".vectors", VECTORS, &bytes);
     image
 }
 

@@ -5,8 +5,7 @@ use whippen_isa::timing::{Evidence, Pipe};
 use super::{Check, node_of};
 use crate::Refusal;
 use crate::certificate::{Certificate, Dma, Kind, Neighbour, Piece};
-use crate::elf::Elf;
-use crate::made::{DATA, DEVICES, HANDLER, Image, assemble, call, function};
+use crate::made::{DATA, DEVICES, HANDLER, Image, STACK, assemble, call, function};
 use crate::overlap::Last;
 use crate::step::{Seen, State, Stepper};
 
@@ -207,23 +206,28 @@ fn nothing_follows_the_last_piece_of_keys() {
     let mut image = ticking(3);
     let mut code = KEYS;
     (code[8], code[9]) = ("bx r5", "pop {r4, r5, pc}");
-    image.elf = replaced(&image, &code);
-    image.certificate.sections = image.elf.constants();
+    image.replace(".text.more", ENTRY, &assemble(&code));
     let to = image.certificate.targets[0].1.clone();
     image.certificate.targets.push((END, to));
     let why = image.prove().map(|_| ()).expect_err("it goes on");
     assert_eq!(why.why, "is led to by the last piece, which runs once");
 }
 
-/// The image with other code of keys.
-fn replaced(image: &Image, code: &[&str]) -> Elf {
-    let mut elf = image.elf.clone();
-    let bytes = assemble(code);
-    let more = Elf::of(&[(".text.more", ENTRY, &bytes)]);
-    elf.sections.retain(|section| section.base != ENTRY);
-    elf.sections.extend(more.sections);
-    elf.sections.sort_by_key(|section| section.base);
-    elf
+/// A register that is assumed to point into a section is waited for there.
+#[test]
+fn an_access_by_a_base_waits_where_that_points() {
+    let near = STACK - 0x1000;
+    let mode = |section| {
+        let mut image = ticking(3);
+        image.certificate.fetches = true;
+        image.replace(".data.near", near, &[0; 16]);
+        image.function(2).bases = vec![(6, section)];
+        let image = image.prove().expect("it is proven");
+        assert_eq!(image.why(), "");
+        image.cycles(2, 1)
+    };
+    // The code is fetched from the banks of the data, not from the one of the stack.
+    assert_eq!(mode(DATA), mode(near) + 1);
 }
 
 /// A line with one of its numbers changed, in the base that it is written in.

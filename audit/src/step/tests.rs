@@ -136,6 +136,20 @@ fn a_division_is_as_long_as_its_quotient() {
     assert!(around > negative);
     let signs = cycles(["movw r0, #256", "sbfx r1, r5, #0, #4"], "sdiv r2, r0, r1");
     assert_eq!(signs, around);
+    // From -256 to 0.
+    let below = [
+        "ubfx r0, r5, #0, #1",
+        "rsb.w r0, r0, #0",
+        "lsls r0, r0, #8",
+        "movs r1, #1",
+    ];
+    let quotient = |division| handler(&[&below[..], &[division, "bx lr"]].concat());
+    let [signed, none] = ["sdiv r2, r0, r1", "sdiv r2, r1, r1"].map(quotient);
+    let (least, most) = (known("movs r0, #1", "movs r1, #1")[1], signs);
+    assert_eq!(
+        signed.ok().zip(none.ok()).map(|(a, b)| a - b),
+        Some(most - least)
+    );
 }
 
 /// Entries of a table that its index may have: each is followed, none else.
@@ -364,4 +378,18 @@ fn an_access_waits_where_it_is_known_to_go() {
         handler(&texts.map(|text| text)).expect("it is proven")
     };
     assert_eq!(skipped("ldreq r0, [r1]"), skipped("moveq r0, r1"));
+}
+
+/// Loads of one memory pipeline on a Cortex-M4; those of two do not, nor do those of which nobody
+/// knows.
+#[test]
+fn loads_of_one_memory_overlap() {
+    let cycles = |first: &str, second: &str| {
+        let texts = [first, second, "bx lr"];
+        proven(Image::new(&texts, &[], Vec::new()).on("cortex-m4")).expect("it is proven")
+    };
+    let one = cycles("ldr r0, [r1]", "ldr r3, [r1, #4]");
+    assert_eq!(cycles("ldr r0, [r1]", "ldr r3, [r2, #4]"), one + 1);
+    assert_eq!(cycles("ldr r0, [sp]", "ldr r3, [r2, #4]"), one + 1);
+    assert_eq!(cycles("ldr r0, [sp]", "ldr r3, [sp, #4]"), one);
 }
