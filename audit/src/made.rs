@@ -254,7 +254,9 @@ impl Image {
         let core = core_of(&self.certificate.core).expect("a core");
         let around = Around::new(&self.certificate, &self.elf, 0)?;
         let mut function = self.certificate.frames[0].functions[number].clone();
-        function.fetched = FETCHED;
+        if function.fetched == 0 {
+            function.fetched = FETCHED;
+        }
         function.hands_stack = true;
         let entries: Vec<u32> = function.pieces.iter().map(|piece| piece.entry).collect();
         let ends = ends(&function, &entries, entries[nth]);

@@ -124,6 +124,8 @@ fn a_division_is_as_long_as_its_quotient() {
     let least = known("movs r0, #1", "movs r1, #2");
     let [longest, _] = known("movs r3, #1", "movs r4, #2");
     assert_eq!(least[0], least[1]);
+    // Nothing is divided where the quotient is 0.
+    assert!(least[0] < known("movs r0, #1", "movs r1, #1")[0]);
     assert!(longest > least[0]);
     // The same magnitudes, whatever the signs; a divisor that may be 0 is one at least.
     let negative = cycles(["mvn r0, #255", "mvn r1, #15"], "sdiv r2, r0, r1");

@@ -1,8 +1,8 @@
 //! Calls that are followed, and those of functions that are bounded by themselves.
 
 use super::proven;
-use crate::certificate::{Function, Kind};
-use crate::made::{HANDLER, Image, call, function};
+use crate::certificate::{Frame, Function, Kind};
+use crate::made::{DATA, HANDLER, Image, STACK, VECTORS, call, function};
 
 /// Other code, for calls.
 const CALLEE: u32 = HANDLER + 0x100;
@@ -192,4 +192,69 @@ fn an_indirect_call_comes_back() {
     };
     assert_eq!(with(&callees[..1]), Ok(false));
     assert_eq!(with(&callees), Ok(true));
+}
+
+/// A call is of one function at one place: another one there, and the same elsewhere, is not known.
+#[test]
+fn a_known_call_is_of_its_place_and_its_callee() {
+    let image = |texts: &[&str], targets: &[u32], site: u32| {
+        let mut handling = function("handler", Kind::Handler, HANDLER);
+        handling.calls = vec![call(HANDLER + site, CALLEE, 0, 0)];
+        let plain = function("callee", Kind::Plain, CALLEE);
+        let code: [(u32, &[&str]); 1] = [(CALLEE, &["bx lr", "bx lr"])];
+        let mut image = Image::with(handling, texts, &code, vec![plain]);
+        let targets = targets.iter().map(|to| CALLEE + to).collect();
+        image.certificate.targets = vec![(HANDLER + 2, targets)];
+        proven(image).err().unwrap_or_default()
+    };
+    let indirect = ["push {r4, lr}", "blx r3", "pop {r4, pc}"];
+    let unknown = "calls what the certificate has not";
+    assert_eq!(image(&indirect, &[0], 2), "");
+    assert!(image(&indirect, &[0, 2], 2).ends_with(unknown));
+    let twice = ["push {r4, lr}", "blx r3", "bl .+0xfc", "pop {r4, pc}"];
+    assert!(image(&twice, &[0], 2).ends_with(unknown));
+    assert!(image(&twice, &[0], 4).ends_with(unknown));
+}
+
+/// A handler whose callee is bounded with the return to that place, where core 1 has a word; what
+/// is behind the call begins in the upper half of a word of bank 1.
+fn returning(at: u32, callee: u32, call_it: &str, fetched: u32, other: u32) -> String {
+    let mut handling = function("handler", Kind::Handler, HANDLER);
+    handling.fetched = 0x1f;
+    handling.calls = vec![call(HANDLER + 2, callee, 0, 0)];
+    let plain = Function {
+        returns: Some((at, true)),
+        fetched,
+        ..function("callee", Kind::Plain, callee)
+    };
+    let texts = ["push {r4, lr}", call_it, "movw r0, #1", "pop {r4, pc}"];
+    let code: [(u32, &[&str]); 1] = [(callee, &["bx lr"])];
+    let mut image = Image::with(handling, &texts, &code, vec![plain]);
+    image.replace(".data.core1", DATA + other, &[0; 4]);
+    let vectors = VECTORS + 0x100;
+    image.replace(".vectors", vectors, &(STACK - 0x800).to_le_bytes());
+    image.certificate.cores = 2;
+    image.certificate.frames.push(Frame {
+        core: 1,
+        vectors,
+        ..Frame::default()
+    });
+    image.prove().err().map_or(String::new(), |why| why.why)
+}
+
+/// Where a function returns a fetch may wait, and other banks may be fetched from, than where it is
+/// bounded to.
+#[test]
+fn a_return_waits_where_it_leads() {
+    let more = "is returned to at more than is claimed";
+    let near = |at: u32| returning(HANDLER + at, CALLEE, "bl .+0xfe", 0, 0x104);
+    assert_eq!([near(0x06), near(0x16)], ["", ""]);
+    assert!(near(0x0a).ends_with(more) && near(0x02).ends_with(more));
+    // A callee in the bank of the stack, which is fetched from there.
+    let (far, all) = (STACK - 0xf00, 0x1f);
+    let there = |fetched| returning(STACK - 0xe02, far, "bl .+0x100fe", fetched, 0x108);
+    let why = there(0x10);
+    assert!(why.ends_with(more), "{why}");
+    let own = returning(HANDLER + 6, far, "bl .+0x100fe", all, 0x108);
+    assert_eq!(own, "");
 }
