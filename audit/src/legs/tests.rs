@@ -3,7 +3,8 @@
 
 use super::{HELPER, Legs, Meetings, ROUNDS};
 use crate::certificate::{Frame, Function, Helper, Kind, Piece};
-use crate::made::{HANDLER, Image, function};
+use crate::costs;
+use crate::made::{HANDLER, Image, call, function};
 use crate::memory::Around;
 
 const HEAD: u32 = HANDLER + 0x1000;
@@ -115,6 +116,29 @@ fn what_legs_cost_is_what_either_does() {
     assert_eq!(legs.end(0, 100, 0), 110);
     assert_eq!(legs.end(0, 0, 100), 115);
     assert_eq!(legs.end(9, 0, 100), 100);
+}
+
+/// A call of legs costs what both cores take; the first of both stands for both, without keys.
+#[test]
+fn a_call_of_legs_costs_until_the_cores_have_met() {
+    let mut image = Image::new(&["bx lr"], &[], Vec::new());
+    let mut other = image.certificate.frames[0].clone();
+    other.core = HELPER;
+    image.certificate.frames.push(other);
+    let around = Around::new(&image.certificate, &image.elf, 0).expect("it is known");
+    let own = frame(&[40]);
+    let of = |number, keys, behind| {
+        let calls = [call(HANDLER, FIRST, number, keys)];
+        let costs = costs(&around, &own, behind, &calls);
+        costs
+            .ok()
+            .map(|costs| costs[0].as_ref().map(|cost| cost.cycles))
+    };
+    assert_eq!(of(2, 0, 4), Some(Some(389)));
+    assert_eq!(
+        [of(2, 1, 4), of(3, 0, 4), of(2, 0, 2), of(0, 0, 4)],
+        [None; 4]
+    );
 }
 
 /// Cores meet as often as both have legs, wait at each meeting, and begin where that is bounded.
