@@ -1,8 +1,10 @@
-//! Small images with certificates, for tests: their code is assembled from text, and what is claimed
-//! of it is what the checker itself asks for, so that a test may say what it is and change it.
+//! Small images with certificates, for tests: their code is assembled from text, and what is
+//! claimed of it is what the checker itself asks for, so that a test may say what it is and change
+//! it.
 
 use std::collections::BTreeSet;
 
+use whippen_isa::timing::{Evidence, Pipe};
 use whippen_isa::{Arch, Class, ItState, parse};
 
 use crate::certificate::{Bus, Call, Certificate, Frame, Function, Kind, Memory, Piece, Point};
@@ -228,119 +230,57 @@ impl Image {
         for piece in 0..pieces {
             self.explore(number, piece)?;
         }
-        let core = core_of(&self.certificate.core).expect("a core");
         for piece in 0..pieces {
-            let solved = {
-                let around = Around::new(&self.certificate, &self.elf, 0)?;
-                let frame = &self.certificate.frames[0];
-                let function = &frame.functions[number];
-                let costs = costs(&around, frame, number, &function.calls)?;
-                let stepper = Stepper {
-                    core: &core,
-                    around: &around,
-                    certificate: &self.certificate,
-                    function,
-                    costs: &costs,
-                };
-                solve(&stepper, function.pieces[piece].clone())?
-            };
+            let function = self.certificate.frames[0].functions[number].clone();
+            let claimed = function.pieces[piece].clone();
+            let solved = self.stepping(number, &function, |own| solve(own, claimed))?;
             self.certificate.frames[0].functions[number].pieces[piece] = solved;
         }
         Ok(())
     }
 
+    /// Does something with the steps of a function of that number.
+    fn stepping<T>(
+        &self,
+        number: usize,
+        function: &Function,
+        does: impl FnOnce(&Stepper) -> Result<T, Refusal>,
+    ) -> Result<T, Refusal> {
+        let around = Around::new(&self.certificate, &self.elf, 0)?;
+        let frame = &self.certificate.frames[0];
+        does(&Stepper {
+            core: &core_of(&self.certificate.core).expect("a core"),
+            around: &around,
+            certificate: &self.certificate,
+            function,
+            costs: &costs(&around, frame, number, &function.calls)?,
+        })
+    }
+
     /// Finds the states of a piece: those of its entry, and of the heads of its loops.
     pub fn explore(&mut self, number: usize, nth: usize) -> Result<(), Refusal> {
-        let core = core_of(&self.certificate.core).expect("a core");
-        let around = Around::new(&self.certificate, &self.elf, 0)?;
         let mut function = self.certificate.frames[0].functions[number].clone();
+        let mut seen = Seen {
+            class: Evidence::Exact,
+            stack: function.stack,
+            hands_stack: function.hands_stack,
+        };
         if function.fetched == 0 {
             function.fetched = FETCHED;
         }
         function.hands_stack = true;
-        let entries: Vec<u32> = function.pieces.iter().map(|piece| piece.entry).collect();
-        let ends = ends(&function, &entries, entries[nth]);
-        let mut piece = function.pieces[nth].clone();
+        let (mut piece, mut facts) = (function.pieces[nth].clone(), Facts::default());
         if nth == 0 {
             piece.places = vec![Place::entered()];
         }
-        let mut facts = Facts::default();
         if nth == 0 && matches!(function.kind, Kind::Plain | Kind::Keys) {
             for (register, words) in &function.entered {
                 facts.set(*register, *words);
             }
         }
-        let mut heads: Vec<(u32, u32)> = vec![(0, piece.entry)];
-        heads.extend(
-            piece
-                .rounds
-                .iter()
-                .map(|(context, head, _)| (*context, *head)),
-        );
-        let nodes: BTreeSet<Node> = heads
-            .iter()
-            .map(|(context, at)| Node {
-                context: *context,
-                at: *at,
-                it: 0,
-            })
-            .collect();
-        let costs = costs(
-            &around,
-            &self.certificate.frames[0],
-            number,
-            &function.calls,
-        )?;
-        let stepper = Stepper {
-            core: &core,
-            around: &around,
-            certificate: &self.certificate,
-            function: &function,
-            costs: &costs,
-        };
-        let mut seen = Seen {
-            class: whippen_isa::timing::Evidence::Exact,
-            stack: function.stack,
-            hands_stack: self.certificate.frames[0].functions[number].hands_stack,
-        };
-        let first = Node {
-            context: 0,
-            at: piece.entry,
-            it: 0,
-        };
-        let begins = State {
-            pipe: whippen_isa::timing::Pipe::from_bits(piece.begins),
-            facts,
-            place: piece.places[0].clone(),
-            last: Last::default(),
-        };
-        let mut handed = Vec::new();
-        let mut open = vec![(first, begins)];
-        while let Some((node, state)) = open.pop() {
-            // Each loop is within the one before it.
-            let head = |own: &(u32, u32, u64)| (own.0, own.1) == (node.context, node.at);
-            let nth = piece.rounds.iter().position(head);
-            let loops = nth.map_or(Vec::new(), |nth| (0..=nth as u32).collect());
-            if !claim(&mut piece, node, &state, loops) {
-                continue;
-            }
-            let arrived = walk(
-                &stepper,
-                (node, state),
-                &|node| nodes.contains(node),
-                &ends,
-                &mut |_, _| Ok(()),
-                &mut seen,
-            )?;
-            for (arrival, mut state, _) in arrived {
-                state.facts = Facts::default();
-                match arrival {
-                    Arrival::Point(node) => open.push((node, state)),
-                    Arrival::Piece(at) => handed.push((at, state)),
-                    Arrival::Return => {}
-                }
-            }
-        }
+        let handed = self.stepping(number, &function, |own| {
+            explore_from(own, &mut piece, facts, &mut seen)
+        })?;
         let own = &mut self.certificate.frames[0].functions[number];
         own.fetched = function.fetched;
         (own.stack, own.hands_stack) = (seen.stack, seen.hands_stack);
@@ -360,6 +300,50 @@ impl Image {
         }
         Ok(())
     }
+}
+
+/// Adds the states of a piece, which is entered with those facts; gives what comes to the next one.
+fn explore_from(
+    stepper: &Stepper,
+    piece: &mut Piece,
+    facts: Facts,
+    seen: &mut Seen,
+) -> Result<Vec<(u32, State)>, Refusal> {
+    let pieces = stepper.function.pieces.iter();
+    let entries: Vec<u32> = pieces.map(|piece| piece.entry).collect();
+    let ends = ends(stepper.function, &entries, piece.entry);
+    let node = |context, at| Node { context, at, it: 0 };
+    let heads = piece.rounds.iter().map(|own| node(own.0, own.1));
+    let nodes: BTreeSet<Node> = heads.chain([node(0, piece.entry)]).collect();
+    let begins = State {
+        pipe: Pipe::from_bits(piece.begins),
+        facts,
+        place: piece.places[0].clone(),
+        last: Last::default(),
+    };
+    let (mut handed, mut open) = (Vec::new(), vec![(node(0, piece.entry), begins)]);
+    while let Some((node, state)) = open.pop() {
+        // Each loop is within the one before it.
+        let head = |own: &(u32, u32, u64)| (own.0, own.1) == (node.context, node.at);
+        let nth = piece.rounds.iter().position(head);
+        let loops = nth.map_or(Vec::new(), |nth| (0..=nth as u32).collect());
+        if !claim(piece, node, &state, loops) {
+            continue;
+        }
+        let is_point = |node: &Node| nodes.contains(node);
+        let mut passes = |_, _| Ok(());
+        let from = (node, state);
+        let arrived = walk(stepper, from, &is_point, &ends, &mut passes, seen)?;
+        for (arrival, mut state, _) in arrived {
+            state.facts = Facts::default();
+            match arrival {
+                Arrival::Point(node) => open.push((node, state)),
+                Arrival::Piece(at) => handed.push((at, state)),
+                Arrival::Return => {}
+            }
+        }
+    }
+    Ok(handed)
 }
 
 /// Adds a state to a piece; false where it is there.
