@@ -80,7 +80,9 @@ fn between_ticks_no_number_is_floating() {
 fn stacks_of_a_frame_lie_one_above_the_other() {
     let mut image = nothing().prove().expect("it is proven");
     assert_eq!(image.certificate.frames[0].stack, 36 + 4);
-    assert_eq!(image.judge().expect("it is accepted")[0].stack, 40);
+    let checked = image.judge().expect("it is accepted");
+    // A state of what runs between ticks, and one of the handler.
+    assert_eq!((checked[0].stack, checked[0].states), (40, 2));
     image.certificate.memories[1].base = STACK - 40;
     image.certificate.memories[1].size = 40;
     assert_eq!(image.why(), "");
