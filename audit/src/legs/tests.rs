@@ -23,7 +23,7 @@ fn legs(cycles: &[u64], rounds: u32, base: u32) -> Function {
         pieces: cycles.iter().enumerate().map(piece).collect(),
         stack: rounds,
         returns: Some((HANDLER + rounds, true)),
-        fetched: 0b110 | rounds,
+        fetched: 0b110 | 8 << rounds,
         ..function("legs", Kind::Legs, base)
     }
 }
@@ -111,7 +111,7 @@ fn what_legs_cost_is_what_either_does() {
     let cost = Meetings::of(&around, &own).expect("they meet").cost();
     assert_eq!(cost.stack, ROUNDS);
     assert_eq!(cost.returns, Some((HANDLER + ROUNDS, true)));
-    assert_eq!(cost.fetched, 0b111);
+    assert_eq!(cost.fetched, 0b110);
     let legs = Legs::of(&own, 0).expect("it has legs");
     assert_eq!(legs.end(0, 100, 0), 110);
     assert_eq!(legs.end(0, 0, 100), 115);
@@ -169,6 +169,20 @@ fn legs_that_do_not_belong_together_are_refused() {
         }
     };
     assert_eq!(why(&shorter), meet);
+    // Two legs are the fewest: what starts core 1, and what hears of it.
+    let few = |count: usize| {
+        why(&move |own: &mut Frame| {
+            for legs in &mut own.functions[2..] {
+                legs.pieces.truncate(count);
+            }
+            let helper = own.helper.as_mut().expect("a helper");
+            for legs in &mut helper.functions {
+                legs.pieces.truncate(count + 1);
+            }
+            helper.visits.truncate(count);
+        })
+    };
+    assert_eq!([few(2), few(1)], ["", meet]);
     let longer = |own: &mut Frame| {
         let mut more = frame(&[1, 2, 40]);
         own.helper = Some(helper(&mut more));
