@@ -12,8 +12,8 @@ use whippen_arm::thumb::{SharedValues, StateLayout, shared_values};
 use whippen_firmware::{FirmwareImage, Instrument, Role};
 use whippen_keyboard::{InstrumentId, ProgramId};
 use whippen_modes::{ModeId, Modes};
-use whippen_validate::{Code, LinePlace, Places, Question, Reason, Report, RingPlace, Shared};
-use whippen_validate::{Symbols, Verdict, validate};
+use whippen_validate::{Code, LinePlace, Places, Question, Reason, Report, RingPlace, Routine};
+use whippen_validate::{Shared, Symbols, Verdict, validate};
 
 /// An address at which there is nothing.
 const NOWHERE: u32 = u32::MAX - 1;
@@ -40,13 +40,22 @@ pub struct ZoneReport {
     pub report: Report,
 }
 
-/// A mode whose code is not validated.
+/// What is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Piece {
+    /// A mode.
+    Mode(ModeId),
+    /// What prepares keys.
+    Routine(Routine),
+}
+
+/// A piece of code that is not validated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotValidated<'a> {
     /// Whose it is.
     pub zone: &'a ZoneReport,
-    /// Its number.
-    pub mode: ModeId,
+    /// Which.
+    pub piece: Piece,
     /// The kind of reason.
     pub reason: Reason,
     /// Why.
@@ -67,7 +76,20 @@ impl Validation {
         self.zones.iter().map(|zone| zone.report.modes.len()).sum()
     }
 
-    /// Every mode that is not validated.
+    /// How many routines there are that prepare keys, counted in the same way.
+    pub fn routines(&self) -> usize {
+        Routine::ALL.len() * self.zones.len()
+    }
+
+    /// How many modes and routines are validated.
+    pub fn validated(&self) -> [usize; 2] {
+        let not = self.not_validated();
+        let modes = not.iter().filter(|one| matches!(one.piece, Piece::Mode(_)));
+        let modes = modes.count();
+        [self.modes() - modes, self.routines() - (not.len() - modes)]
+    }
+
+    /// Every mode and every routine that is not validated.
     pub fn not_validated(&self) -> Vec<NotValidated<'_>> {
         self.zones
             .iter()
@@ -84,8 +106,10 @@ impl Validation {
 
 impl fmt::Display for Validation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (all, not) = (self.modes(), self.not_validated());
-        write!(f, "validated: {} of {all} modes", all - not.len())?;
+        let not = self.not_validated();
+        let [modes, routines] = self.validated();
+        write!(f, "validated: {modes} of {} modes, ", self.modes())?;
+        write!(f, "{routines} of {} routines", self.routines())?;
         if not.is_empty() {
             return Ok(());
         }
@@ -102,9 +126,12 @@ impl fmt::Display for Validation {
 }
 
 impl ZoneReport {
-    /// The symbol of a mode, as map and listing have it.
-    pub fn symbol(&self, mode: ModeId) -> String {
-        format!("{}.mode.{}", self.name, mode.0)
+    /// The symbol of a piece, as map and listing have it.
+    pub fn symbol(&self, piece: Piece) -> String {
+        match piece {
+            Piece::Mode(mode) => format!("{}.mode.{}", self.name, mode.0),
+            Piece::Routine(routine) => format!("{}_{routine}", self.name),
+        }
     }
 
     /// A mode may read any table and any word that the entry computes, so it is not validated where
@@ -122,25 +149,30 @@ impl ZoneReport {
             _ => None,
         };
         let of_entry = tables.or_else(|| shared.next());
-        let of_mode = |(mode, verdict): (usize, &Verdict)| {
-            let (reason, why) = match verdict {
-                Verdict::Unproven { reason, why } => (*reason, why.clone()),
-                Verdict::Refuted { .. } => return None,
-                Verdict::Validated { .. } => of_entry.clone()?,
+        let of_piece = |(piece, verdict): (Piece, &Verdict)| {
+            let (reason, why) = match (piece, verdict) {
+                (_, Verdict::Unproven { reason, why }) => (*reason, why.clone()),
+                (Piece::Mode(_), Verdict::Validated { .. }) => of_entry.clone()?,
+                _ => return None,
             };
             Some(NotValidated {
                 zone: self,
-                mode: ModeId(mode as u32),
+                piece,
                 reason,
                 why,
             })
         };
-        self.report
-            .modes
-            .iter()
-            .enumerate()
-            .filter_map(of_mode)
-            .collect()
+        self.pieces().filter_map(of_piece).collect()
+    }
+
+    /// Each mode, then each routine.
+    fn pieces(&self) -> impl Iterator<Item = (Piece, &Verdict)> {
+        let modes = (0..).map(|mode| Piece::Mode(ModeId(mode)));
+        let routines = Routine::ALL.into_iter().map(Piece::Routine);
+        let report = &self.report;
+        modes
+            .zip(&report.modes)
+            .chain(routines.zip(&report.routines))
     }
 
     fn refuted(&self) -> Option<String> {
@@ -150,15 +182,17 @@ impl ZoneReport {
         };
         let report = &self.report;
         let words = report.shared.iter().enumerate();
-        let modes = report.modes.iter().enumerate();
-        let tables = why("the tables".to_string(), &report.tables);
         let words = words.map(|(word, own)| why(format!("word {word} of the entry"), own));
-        let modes = modes.map(|(mode, own)| why(format!("mode {mode}"), own));
-        tables
-            .into_iter()
-            .chain(words.flatten())
-            .chain(modes.flatten())
-            .next()
+        let pieces = self.pieces().map(|(piece, own)| match piece {
+            Piece::Mode(mode) => why(format!("mode {mode}"), own),
+            Piece::Routine(routine) => why(format!("`{routine}`"), own),
+        });
+        let before = [
+            why("the tables".to_string(), &report.tables),
+            why("the tick's entry or end".to_string(), &report.entry),
+        ];
+        let mut all = before.into_iter().chain(words).chain(pieces).flatten();
+        all.next()
     }
 }
 
@@ -319,6 +353,8 @@ fn symbols(image: &FirmwareImage, name: &str, modes: &Modes) -> Symbols {
         tick: address(format!("{name}_tick")),
         modes: numbered("mode", modes.modes.len()),
         end: address(format!("{name}.end")),
+        init: address(format!("{name}_init")),
+        begin: address(format!("{name}_begin")),
         tables: numbered("table", modes.kernel.tables.len()),
         state: address(format!("{name}_state")),
     }
@@ -341,6 +377,7 @@ fn places(layout: &StateLayout, modes: &Modes) -> Places {
     let cells = (0..kernel.cells.len()).filter_map(|cell| in_record(layout.cell(0, cell)));
     let keyed = (0..kernel.keyed.len()).filter_map(|keyed| in_record(layout.keyed(0, keyed)));
     Places {
+        keys: layout.keys(),
         cells: cells.collect(),
         keyed: keyed.collect(),
         number: in_record(layout.number(0)),

@@ -1,5 +1,5 @@
-//! Translation validation on the command line: of which modes the bytes of an image are shown to do
-//! what the modes say.
+//! Translation validation on the command line: of which modes and routines the bytes of an image are
+//! shown to do what modes and Kernel say.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use whippen_compiler::firmware::FirmwareImage;
 use whippen_compiler::keyboard::ProgramId;
 use whippen_compiler::mode_names::mode_names;
-use whippen_compiler::validation::{NotValidated, Validation, validate_image};
+use whippen_compiler::validation::{NotValidated, Piece, Validation, validate_image};
 use whippen_runtime::image::ImageInstrument;
 
 use super::progress;
@@ -56,22 +56,26 @@ impl Validated {
     /// One object.
     pub fn json(&self) -> Value {
         let not = self.all.not_validated();
+        let [modes, routines] = self.all.validated();
         json!({
             "modes": self.all.modes(),
-            "validated": self.all.modes() - not.len(),
-            "not_validated": not.iter().map(|one| self.mode_json(one)).collect::<Vec<_>>(),
+            "validated": modes,
+            "routines": self.all.routines(),
+            "validated_routines": routines,
+            "not_validated": not.iter().map(|one| self.piece_json(one)).collect::<Vec<_>>(),
         })
     }
 
     /// Of a part its role stands for the name.
-    fn mode_json(&self, one: &NotValidated) -> Value {
+    fn piece_json(&self, one: &NotValidated) -> Value {
         let names = &self.names[one.zone.instrument.index()];
-        let name = match one.zone.part {
-            Some(part) => Some(part.to_string()),
-            None => names.get(one.mode.0 as usize).cloned(),
+        let name = match (one.zone.part, one.piece) {
+            (Some(part), _) => Some(part.to_string()),
+            (None, Piece::Mode(mode)) => names.get(mode.0 as usize).cloned(),
+            (None, Piece::Routine(_)) => None,
         };
         json!({
-            "symbol": one.zone.symbol(one.mode),
+            "symbol": one.zone.symbol(one.piece),
             "mode": name,
             "reason": one.reason.name(),
             "why": one.why,

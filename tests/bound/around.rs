@@ -1,13 +1,15 @@
 //! What a tick's entry and end leave in the state: where every word lies is needed, and a ring
 //! without room is looked after.
 
-use whippen_compiler::validate::{Places, Question, RingPlace, validate};
+use whippen_compiler::validate::{
+    Places, Question, RingPlace, Routine, Verdict, validate, validate_routine,
+};
 use whippen_compiler::validation::{code_of, questions};
 use whippen_isa::Op;
 use whippen_runtime::image::ImageInstrument;
 
 use crate::faults::{NOP, code_of_key};
-use crate::validated::{Built, built_of};
+use crate::validated::{Built, built_of, built_of_keys};
 
 /// Whether entry and end of the first tick are validated with these places.
 fn is_validated(built: &Built, change: impl Fn(&mut Places)) -> bool {
@@ -57,6 +59,101 @@ fn every_place_is_needed_at_entry_and_end() {
     ];
     for (what, change) in changes {
         assert!(!is_validated(&built, change), "{what}");
+    }
+}
+
+/// Which routines of a few keys are validated with these places.
+fn routines_validated(built: &Built, change: impl Fn(&mut Places)) -> [bool; 2] {
+    let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
+    let (code, all) = (code_of(&built.whole), questions(&built.whole, &instruments));
+    let question = all[0].question(&built.whole, &code);
+    let mut places = question.places.clone();
+    change(&mut places);
+    let question = Question {
+        places: &places,
+        ..question
+    };
+    Routine::ALL.map(|routine| validate_routine(&question, routine).is_validated())
+}
+
+/// So it is with what keys begin with.
+#[test]
+fn every_place_is_needed_where_keys_begin() {
+    let built = built_of_keys("celesta.whip", "rp2350", 4);
+    assert_eq!(routines_validated(&built, |_| {}), [true, true]);
+    type Change = fn(&mut Places);
+    // Whether `begin` knows it, too.
+    let changes: [(&str, bool, Change); 12] = [
+        ("a key more", false, |p| p.keys += 1),
+        ("a key less", false, |p| p.keys -= 1),
+        ("records", true, |p| p.records += 4),
+        ("a record", true, |p| p.record_bytes += 4),
+        ("a cell", true, |p| p.cells[0] += 4),
+        ("the words", false, |p| p.words = None),
+        ("words of a key", false, |p| p.stride += 2),
+        ("the histories", true, |p| {
+            p.apart = p.apart.map(|at| at + 4)
+        }),
+        ("the row", false, |p| p.row += 4),
+        ("slots", true, |p| p.lines[0].len += 1),
+        ("the first slot", true, |p| p.lines[0].at += 4),
+        ("the next slot", true, |p| p.lines[0].row += 4),
+    ];
+    for (what, is_known_to_begin, change) in changes {
+        let validated = routines_validated(&built, change);
+        assert_eq!(validated, [false, !is_known_to_begin], "{what}");
+    }
+}
+
+/// A line that only ticks push into is left by `begin` as it is, and that is said.
+#[test]
+fn what_begin_leaves_is_said() {
+    let built = built_of_keys("clavichord-heard.whip", "rp2350", 4);
+    assert_eq!(routines_validated(&built, |_| {}), [true, false]);
+    let without_pointer = |p: &mut Places| {
+        let (ticks, at) = p.lines[0].pointers.pop_last().expect("there is one");
+        p.lines[0].pointers.insert(ticks + 1, at);
+    };
+    assert_eq!(routines_validated(&built, without_pointer), [false, false]);
+}
+
+/// What memory holds before `init` is looked at: whatever byte of it is otherwise.
+#[test]
+fn what_memory_holds_at_first_is_needed() {
+    let built = built_of_keys("clavichord-heard.whip", "rp2350", 4);
+    let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
+    let (code, all) = (code_of(&built.whole), questions(&built.whole, &instruments));
+    let question = all[0].question(&built.whole, &code);
+    let (state, places) = (question.symbols.state, question.places);
+    let ring = places.events.expect("it has events");
+    let record = |key: u32| state + places.records + key * places.record_bytes;
+    let from = code.first_word(state + places.apart.expect("they lie apart"));
+    let line = &places.lines[1];
+    let last_slot = line.at + (line.len - 1) * line.row + u32::from(line.bytes());
+    let cases = [
+        ("code", record(1)),
+        ("the end", record(places.keys)),
+        ("a cell", record(1) + places.cells[4]),
+        ("the tick", state + places.tick),
+        ("the slot of a line", state + line.ring),
+        ("head", state + ring.head),
+        ("lost", state + ring.lost),
+        ("a live value", state + places.lives[0] + 3),
+        ("a slot", from.expect("an address") + last_slot),
+    ];
+    for (what, at) in cases {
+        let mut faulty = code.clone();
+        let own = faulty.data.iter_mut().find_map(|(from, bytes)| {
+            let at = at.checked_sub(*from)? as usize;
+            bytes.get_mut(at)
+        });
+        *own.unwrap_or_else(|| panic!("no byte of {what}")) ^= 0xff;
+        let question = Question {
+            code: &faulty,
+            ..question.clone()
+        };
+        let told = validate_routine(&question, Routine::Init);
+        assert!(matches!(told, Verdict::Refuted { .. }), "{what}: {told}");
     }
 }
 

@@ -11,16 +11,16 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use whippen_compiler::modes::ModeId;
-use whippen_compiler::validate::{Code, Proven, Question, Verdict, validate};
+use whippen_compiler::validate::{Code, Proven, Question, Routine, Symbols, Verdict, validate};
 use whippen_compiler::validation::{Asked, code_of, questions};
 use whippen_compiler::{Rng, parallel};
 use whippen_isa::{Arch, Code as Halfwords, Flags, Op, parse, reg};
 use whippen_runtime::image::ImageInstrument;
 
-use crate::validated::{Built, built_of};
+use crate::validated::{Built, built_of, built_of_keys};
 
 use none::{ALL, Live, difference, live_behind};
-use put::{Fault, KINDS, Kind, Whose, faulty, instructions, name};
+use put::{Fault, KINDS, Kind, Whose, code_of_loop, faulty, instructions, name};
 pub use put::{NOP, Placed, code_of_key};
 
 /// Where faults are put: the code of which keys or part, or the entry or the end of their tick.
@@ -29,8 +29,9 @@ struct Target {
     board: &'static str,
     file: &'static str,
     code: &'static str,
-    /// The entry or the end of the tick; the modes where there is none.
+    /// The entry or the end of the tick, or a routine; the modes where there is none.
     whose: Option<Whose>,
+    keys: u32,
     /// Whether it takes little time.
     is_quick: bool,
     /// How many of a thousand.
@@ -43,6 +44,7 @@ const fn modes(file: &'static str, code: &'static str, share: usize) -> Target {
         file,
         code,
         whose: None,
+        keys: 2,
         is_quick: true,
         share,
     }
@@ -50,8 +52,8 @@ const fn modes(file: &'static str, code: &'static str, share: usize) -> Target {
 
 /// Besides plain instruments one that reads a delay line at an index, exact quotients in the entry
 /// and in a part, and quotients for searches; the ring of events at the entry and the end, and
-/// lines at the end.
-const TARGETS: [Target; 12] = [
+/// lines at the end; what prepares keys, of which each core has some.
+const TARGETS: [Target; 18] = [
     modes("hammond.whip", "core0", 60),
     modes("celesta.whip", "core0", 220),
     modes("harpsichord.whip", "core0", 230),
@@ -90,7 +92,22 @@ const TARGETS: [Target; 12] = [
         whose: Some(Whose::End),
         ..modes("clavichord.whip", "core0", 40)
     },
+    routine(Routine::Init, "rp2350", "clavichord-heard.whip"),
+    routine(Routine::Begin, "rp2350", "clavichord-heard.whip"),
+    routine(Routine::Init, "rp2040", "harpsichord.whip"),
+    routine(Routine::Begin, "rp2040", "harpsichord.whip"),
+    routine(Routine::Init, "stm32f4", "snap-dome.whip"),
+    routine(Routine::Begin, "stm32f4", "snap-dome.whip"),
 ];
+
+const fn routine(routine: Routine, board: &'static str, file: &'static str) -> Target {
+    Target {
+        board,
+        whose: Some(Whose::Routine(routine)),
+        keys: 6,
+        ..modes(file, "core0", 30)
+    }
+}
 
 /// Faults that are judged one after the other, with the same numbers.
 const PIECE: usize = 16;
@@ -150,9 +167,7 @@ struct Site<'a> {
     begins: Vec<u32>,
     asked: &'a Asked<'a>,
     proven: Proven<'a>,
-    /// Where the tick's entry begins, and what is behind the last key.
-    entry: u32,
-    end: u32,
+    symbols: &'a Symbols,
 }
 
 impl<'a> Site<'a> {
@@ -165,8 +180,7 @@ impl<'a> Site<'a> {
             begins: symbols.map(|symbol| symbol.address).collect(),
             asked,
             proven: Proven::new(question).expect("what all modes begin with is validated"),
-            entry: question.symbols.tick,
-            end: question.symbols.end,
+            symbols: question.symbols,
         }
     }
 
@@ -217,10 +231,16 @@ impl<'a> Site<'a> {
     fn code_from(&self, code: &Code, whose: Whose) -> (u32, Vec<Placed>) {
         let from = match whose {
             Whose::Mode(mode) => self.asked.code_of_mode(mode),
-            Whose::Entry => self.entry,
-            Whose::End => self.end,
+            Whose::Entry => self.symbols.tick,
+            Whose::End => self.symbols.end,
+            Whose::Routine(Routine::Begin) => self.symbols.begin,
+            Whose::Routine(Routine::Init) => self.symbols.init,
         };
-        (from, code_of_key(code, self.arch, from, self.behind(from)))
+        let of = match whose {
+            Whose::Routine(Routine::Init) => code_of_loop,
+            _ => code_of_key,
+        };
+        (from, of(code, self.arch, from, self.behind(from)))
     }
 
     /// Where the next piece of code begins.
@@ -230,9 +250,9 @@ impl<'a> Site<'a> {
     }
 
     /// What is live where a key's code goes on to the next key's, or to the end of the tick; where
-    /// that returns, it is the stack.
+    /// that or a routine returns, it is the stack.
     fn live_at_exit(&self) -> Live {
-        if self.target.whose == Some(Whose::End) {
+        if matches!(self.target.whose, Some(Whose::End | Whose::Routine(_))) {
             return Live {
                 registers: 1 << reg::SP,
                 ..Live::default()
@@ -288,7 +308,7 @@ impl<'a> Site<'a> {
         let judged = parallel::map(pieces, |piece| {
             let mut ticks = self.proven.ticks(match piece[0].whose {
                 Whose::Mode(mode) => mode,
-                Whose::Entry | Whose::End => ModeId(0),
+                _ => ModeId(0),
             });
             let judged = piece.into_iter().map(|fault| {
                 let at = fault.placed.0;
@@ -306,7 +326,7 @@ impl<'a> Site<'a> {
 
 /// Puts faults into a target; tells what became of them.
 fn told(target: Target, count: usize, seed: u64) -> String {
-    let built = built_of(target.file, target.board);
+    let built = built_of_keys(target.file, target.board, target.keys);
     let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
     let code = code_of(&built.whole);
     let all = questions(&built.whole, &instruments);
@@ -334,8 +354,12 @@ fn told(target: Target, count: usize, seed: u64) -> String {
     let Target {
         file, board, code, ..
     } = target;
+    let whose = match target.whose {
+        Some(Whose::Routine(routine)) => format!("{routine} of "),
+        _ => String::new(),
+    };
     let columns = COLUMNS.map(|column| format!("{column:>9}")).concat();
-    let mut text = format!("{file}, {code} on {board}\n  {:28}{columns}\n", "");
+    let mut text = format!("{whose}{file}, {code} on {board}\n  {:28}{columns}\n", "");
     for (kind, count) in &counts {
         let _ = writeln!(text, "  {:28}{}", name(*kind), count.line());
     }

@@ -6,7 +6,9 @@ use whippen_compiler::firmware::FirmwareImage;
 use whippen_compiler::keyboard::Layout;
 use whippen_compiler::modes::{INSTRUCTIONS, ModeId};
 use whippen_compiler::pipeline::{self, Compiled, compile, unobserved};
-use whippen_compiler::validate::{Report, Verdict, validate, validate_mode};
+use whippen_compiler::validate::{
+    Report, Routine, Verdict, validate, validate_mode, validate_routine,
+};
 use whippen_compiler::validation::{code_of, questions, validate_image};
 use whippen_runtime::board;
 use whippen_runtime::device::Device;
@@ -22,11 +24,16 @@ pub struct Built {
 }
 
 fn built(model: &Compiled, board_name: &str) -> Result<Built, String> {
+    built_with(model, board_name, 2)
+}
+
+/// With so many keys, where it has keys.
+fn built_with(model: &Compiled, board_name: &str, keys: u32) -> Result<Built, String> {
     let device = Device::of(&model.model);
     let compiled = compile(model.model.clone(), device.scales(), false);
     let compiled = compiled.map_err(|e| format!("{e:?}"))?;
     let board = board::bundled(board_name).ok_or("no such board")?;
-    let keys = if compiled.model.is_of_key() { 2 } else { 1 };
+    let keys = if compiled.model.is_of_key() { keys } else { 1 };
     let setup = setup_to_bound(&compiled, &device, keys, board.cores, 21);
     let setup = setup.map_err(|e| format!("{e:?}"))?;
     let layout = Layout::of_one_instrument(&compiled.model.name, keys, 21);
@@ -45,14 +52,21 @@ fn told(report: &Report) -> String {
         .iter()
         .filter(|mode| mode.is_validated())
         .count();
-    let mut text = format!("{validated} of {} modes\n", report.modes.len());
+    let mut text = format!("{validated} of {} modes", report.modes.len());
+    let routines = Routine::ALL.iter().zip(&report.routines);
+    for (routine, _) in routines.clone().filter(|(_, own)| own.is_validated()) {
+        let _ = write!(text, ", {routine}");
+    }
+    text.push('\n');
+    let routines = routines.map(|(routine, own)| (routine.to_string(), own));
     let modes = report.modes.iter().enumerate();
     let modes = modes.map(|(at, mode)| (format!("mode {at}"), mode));
     let shared = report.shared.iter().enumerate();
     let shared = shared.map(|(at, word)| (format!("shared word {at}"), word));
     let others = [("entry", &report.entry), ("tables", &report.tables)];
     let others = others.map(|(what, verdict)| (what.to_string(), verdict));
-    for (what, verdict) in others.into_iter().chain(shared).chain(modes) {
+    let all = others.into_iter().chain(shared).chain(modes);
+    for (what, verdict) in all.chain(routines) {
         if !verdict.is_validated() {
             let _ = writeln!(text, "  {what}: {verdict}");
         }
@@ -112,8 +126,33 @@ fn validated_modes_of_a_cortex_m0plus() {
 
 /// The image of the first instrument of a bundled file.
 pub fn built_of(file: &str, board: &str) -> Built {
+    built_of_keys(file, board, 2)
+}
+
+/// With so many keys.
+pub fn built_of_keys(file: &str, board: &str, keys: u32) -> Built {
     let compiled = common::instruments(file, &[]).remove(0);
-    built(&compiled, board).expect("it has an image")
+    built_with(&compiled, board, keys).expect("it has an image")
+}
+
+/// Whatever the number of keys: `init` goes round for each.
+#[test]
+fn routines_of_several_keys_are_validated() {
+    for (board, keys) in [("rp2350", 7), ("rp2040", 4), ("stm32f4", 3)] {
+        for file in ["hammond.whip", "snap-dome.whip", "harpsichord.whip"] {
+            let built = built_of_keys(file, board, keys);
+            let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
+            let code = code_of(&built.whole);
+            for asked in questions(&built.whole, &instruments) {
+                let question = asked.question(&built.whole, &code);
+                for routine in Routine::ALL {
+                    let verdict = validate_routine(&question, routine);
+                    let what = format!("{file}, {board}, {}, {routine}", asked.name);
+                    assert!(verdict.is_validated(), "{what}: {verdict}");
+                }
+            }
+        }
+    }
 }
 
 /// `build` writes no image that is refuted.
@@ -156,8 +195,8 @@ fn an_image_with_a_fault_is_refuted() {
 fn what_is_not_followed_is_said() {
     let compiled = common::instruments("hammond.whip", &[]).remove(0);
     for (board, words) in [
-        ("stm32f4", "validated: 2 of 2 modes"),
-        ("rp2040", "validated: 4 of 4 modes"),
+        ("stm32f4", "validated: 2 of 2 modes, 2 of 2 routines"),
+        ("rp2040", "validated: 4 of 4 modes, 4 of 4 routines"),
     ] {
         let built = built(&compiled, board).expect("it has an image");
         let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));

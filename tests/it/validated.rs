@@ -65,6 +65,8 @@ fn budget_names_the_modes_that_are_not_validated() {
     let validation = &found["validation"];
     assert_eq!(validation["modes"], 4, "two of each core");
     assert_eq!(validation["validated"], 2);
+    assert_eq!(validation["routines"], 4);
+    assert_eq!(validation["validated_routines"], 4);
     let not = validation["not_validated"].as_array().expect("a list");
     let told: Vec<String> = not
         .iter()
@@ -78,7 +80,7 @@ fn budget_names_the_modes_that_are_not_validated() {
     let (out, _) = shell.ends(0, &args);
     assert_eq!(
         lines(&out),
-        "validated: 2 of 4 modes; not validated: 2 (divisions 2)"
+        "validated: 2 of 4 modes, 4 of 4 routines; not validated: 2 (divisions 2)"
     );
 }
 

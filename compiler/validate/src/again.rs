@@ -16,13 +16,17 @@ use crate::entry::{check_entry, check_tables};
 use crate::places::{Code, Question};
 use crate::sample::{TICKS, begin_tick, refute_shared, witness};
 use crate::term::Terms;
-use crate::{Begun, Verdict, begin, cases_of, check_mode, clobbered};
+use crate::{
+    Begun, Routine, Verdict, begin, cases_of, check_mode, clobbered, of_around, show_routine,
+};
 
 /// Code of keys that is validated, with what each case looked at.
 pub struct Proven<'a> {
     question: Question<'a>,
     begun: Begun,
     modes: Vec<Option<ProvenMode>>,
+    /// The halfwords of code that each routine looked at, where what it does is shown.
+    routines: [Vec<u32>; 2],
 }
 
 /// A mode that is validated.
@@ -89,10 +93,15 @@ impl<'a> Proven<'a> {
             let cases = cases_of(question, &mut terms, &begun.start, mode, all).ok()?;
             Some(ProvenMode { terms, cases })
         });
+        let routines = Routine::ALL.map(|routine| {
+            let shown = show_routine(question, routine);
+            shown.map_or_else(|_| Vec::new(), |shown| shown.looked_at)
+        });
         Ok(Proven {
             question: question.clone(),
             begun,
             modes,
+            routines,
         })
     }
 
@@ -134,13 +143,30 @@ impl<'a> Proven<'a> {
             code,
             ..self.question.clone()
         };
-        if meets(&self.begun.start.looked_at, changed) {
-            return self.judge_entry(&question, changed);
+        let mut of_routines = 0;
+        for (routine, looked_at) in Routine::ALL.into_iter().zip(&self.routines) {
+            if meets(looked_at, changed) {
+                match show_routine(&question, routine) {
+                    Err(verdict) => return verdict,
+                    Ok(shown) => of_routines += shown.cases,
+                }
+            }
         }
-        if let Some(why) = ticks.refute(self, &question) {
-            return Verdict::Refuted { why };
+        let others = if meets(&self.begun.start.looked_at, changed) {
+            self.judge_entry(&question, changed)
+        } else if of_routines == 0
+            && let Some(why) = ticks.refute(self, &question)
+        {
+            Verdict::Refuted { why }
+        } else {
+            self.judge_modes(&question, changed)
+        };
+        match others {
+            Verdict::Validated { cases } => Verdict::Validated {
+                cases: cases + of_routines,
+            },
+            other => other,
         }
-        self.judge_modes(&question, changed)
     }
 
     fn judge_modes(&self, question: &Question, changed: &Range<u32>) -> Verdict {
@@ -176,7 +202,7 @@ impl<'a> Proven<'a> {
         let mut terms = self.begun.terms.clone();
         let (start, shared) = match check_entry(question, &mut terms) {
             Ok(told) => told,
-            Err(doubt) => return Verdict::of(doubt),
+            Err(doubt) => return of_around(question, &mut terms, &doubt),
         };
         for (word, verdict) in shared.iter().enumerate() {
             if verdict.is_validated() {

@@ -1,10 +1,12 @@
-//! What a tick's entry and end leave in the state besides what keys read of it: the ring of events,
-//! indices of rings, pointers into histories, the tick's number. It is told from where things lie.
+//! What a tick's entry and end, and `init`, leave in the state besides what keys read of it: the ring
+//! of events, indices of rings, pointers into histories, the tick's number. It is told from where
+//! things lie.
 //!
 //! ```text
 //!   entry: a piece of the ring where all events of a tick have room, or the spare behind it
 //!   end:   head behind what was written, or a number of lost events; the next slot of each line,
 //!          how far each pointer is from the first line's row; tick + 1
+//!   init:  the pointers
 //! ```
 
 use std::collections::BTreeSet;
@@ -24,36 +26,51 @@ pub(crate) struct StateWords<'a> {
 }
 
 impl<'a> StateWords<'a> {
-    fn new(question: &'a Question<'a>) -> StateWords<'a> {
-        StateWords {
-            question,
-            memory: Memory::default(),
-        }
-    }
-
     /// What the tick's entry stores, but for words of all keys.
     pub fn at_entry(question: &'a Question<'a>, terms: &mut Terms) -> Told<Memory> {
+        Self::stored(question, terms, &Memory::default(), StateWords::enter)
+    }
+
+    /// What the tick's end stores where memory is so before.
+    pub fn at_end(question: &'a Question<'a>, terms: &mut Terms, before: &Memory) -> Told<Memory> {
+        Self::stored(question, terms, before, StateWords::leave)
+    }
+
+    /// What `init` stores where memory is so before, but for keys.
+    pub fn at_init(question: &'a Question<'a>, terms: &mut Terms, before: &Memory) -> Told<Memory> {
+        Self::stored(question, terms, before, |words, terms| {
+            words.take_words(terms)?;
+            words.point(terms)
+        })
+    }
+
+    fn stored(
+        question: &'a Question<'a>,
+        terms: &mut Terms,
+        before: &Memory,
+        run: impl Fn(&mut Self, &mut Terms) -> Told<()>,
+    ) -> Told<Memory> {
         settled(terms, |terms| {
-            let mut words = StateWords::new(question);
-            words.enter(terms)?;
+            let mut words = StateWords {
+                question,
+                memory: before.clone(),
+            };
+            run(&mut words, terms)?;
             Ok(words.memory)
         })
     }
 
-    /// What the tick's end stores.
-    pub fn at_end(question: &'a Question<'a>, terms: &mut Terms) -> Told<Memory> {
-        settled(terms, |terms| {
-            let mut words = StateWords::new(question);
-            words.leave(terms)?;
-            Ok(words.memory)
-        })
+    /// Where the words are.
+    fn take_words(&mut self, terms: &mut Terms) -> Told<()> {
+        let Some(at) = self.question.places.words else {
+            return Ok(());
+        };
+        let samples = terms.of(Kind::Base(Base::Samples));
+        self.store(terms, at, samples)
     }
 
     fn enter(&mut self, terms: &mut Terms) -> Told<()> {
-        if let Some(at) = self.question.places.words {
-            let samples = terms.of(Kind::Base(Base::Samples));
-            self.store(terms, at, samples)?;
-        }
+        self.take_words(terms)?;
         match self.question.places.events {
             Some(ring) => self.open(terms, &ring),
             None => Ok(()),
@@ -75,7 +92,7 @@ impl<'a> StateWords<'a> {
     /// Where this tick's events go: on behind the last one; where what is left up to the ring's end
     /// may not be enough, at its beginning, behind a mark; where that has no room, to the spare.
     fn open(&mut self, terms: &mut Terms, ring: &RingPlace) -> Told<()> {
-        let base = self.ring_base(terms, ring)?;
+        let base = ring_base(self.question, terms, ring)?;
         let (head, tail) = (self.load(terms, ring.head)?, self.load(terms, ring.tail)?);
         let waiting = terms.sub(head, tail)?;
         let mut waiting = terms.unsigned(waiting)?;
@@ -105,7 +122,7 @@ impl<'a> StateWords<'a> {
 
     /// Events in the ring are the reader's from now on; those in the spare are counted.
     fn close(&mut self, terms: &mut Terms, ring: &RingPlace) -> Told<()> {
-        let base = self.ring_base(terms, ring)?;
+        let base = ring_base(self.question, terms, ring)?;
         let next = self.load(terms, self.question.places.next_event)?;
         let written = terms.sub(next, base)?;
         let written = terms.unsigned(written)?;
@@ -167,20 +184,9 @@ impl<'a> StateWords<'a> {
             0 => slot,
             _ => terms.select(is_there, back, around)?,
         };
-        let from = match self.question.places.apart {
-            Some(at) => self.load(terms, at)?,
-            None => terms.of(Kind::Base(Base::State)),
-        };
+        let from = histories(self.question, terms)?;
         let from = terms.plus(from, line.at.into())?;
         terms.add_scaled(from, slot, line.row.into())
-    }
-
-    fn ring_base(&self, terms: &mut Terms, ring: &RingPlace) -> Told<Term> {
-        let from = match self.question.places.apart {
-            Some(at) => self.load(terms, at + 4)?,
-            None => terms.of(Kind::Base(Base::State)),
-        };
-        terms.plus(from, ring.start.into())
     }
 
     fn load(&self, terms: &mut Terms, at: u32) -> Told<Term> {
@@ -191,6 +197,28 @@ impl<'a> StateWords<'a> {
     fn store(&mut self, terms: &mut Terms, at: u32, value: Term) -> Told<()> {
         let address = state_word(terms, at)?;
         self.memory.store(terms, address, 4, value, Truth::YES)
+    }
+}
+
+/// From where histories are counted.
+pub(crate) fn histories(question: &Question, terms: &mut Terms) -> Told<Term> {
+    apart_or_state(question, terms, 0)
+}
+
+/// Where the ring of events begins.
+pub(crate) fn ring_base(question: &Question, terms: &mut Terms, ring: &RingPlace) -> Told<Term> {
+    let from = apart_or_state(question, terms, 4)?;
+    terms.plus(from, ring.start.into())
+}
+
+/// The state, or where it says that something lies apart; no code changes what it says.
+fn apart_or_state(question: &Question, terms: &mut Terms, word: u32) -> Told<Term> {
+    match question.places.apart {
+        Some(at) => {
+            let address = state_word(terms, at + word)?;
+            Ok(terms.unread(address, 4))
+        }
+        None => Ok(terms.of(Kind::Base(Base::State))),
     }
 }
 

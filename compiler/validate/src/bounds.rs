@@ -170,7 +170,7 @@ impl Terms {
             Kind::Base(
                 Base::State | Base::Record | Base::Samples | Base::History | Base::Stack,
             ) => WORD,
-            Kind::Register(_) => WORD,
+            Kind::Register(_) | Kind::Key => WORD,
             Kind::Load(_, bytes) if bytes < 4 => (0, (1 << (8 * bytes)) - 1),
             Kind::Load(..) => WORD,
             Kind::Product(factors) => self.bounds_of_product(&factors),

@@ -157,7 +157,7 @@ pub(crate) fn again_with_facts<T>(
 ) -> Told<T> {
     for _ in 1..RUNS_MAX {
         match run(terms) {
-            Err(Stop::Unproven(_)) => terms.known.refresh(),
+            Err(Stop::Unproven(doubt)) if !doubt.is_certain => terms.known.refresh(),
             other => return other,
         }
     }
@@ -448,7 +448,7 @@ impl Terms {
             Kind::Times(a, b) => vec![*a, *b],
             Kind::Floor(inner, _) | Kind::Positive(inner) | Kind::Gate(_, inner) => vec![*inner],
             Kind::Apply(_, args) => args.clone(),
-            Kind::Base(_) | Kind::Register(_) | Kind::Load(..) => Vec::new(),
+            Kind::Base(_) | Kind::Register(_) | Kind::Key | Kind::Load(..) => Vec::new(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use whippen_kernel::{Inst, Op, Range, Type, Value};
 
+use crate::around::histories;
 use crate::bounds::Interval;
 use crate::kernel::{KernelRun, Number};
 use crate::stop::{Reason, Told, unproven, unproven_as};
@@ -89,6 +90,10 @@ impl KernelRun<'_> {
                 let (address, bytes) = self.slot(t, line, 0)?;
                 self.memory.store(t, address, bytes, value, Truth::YES)
             }
+            Op::Fill(line) => {
+                let value = self.whole(t, inst.args[0])?;
+                self.fill(t, line, value)
+            }
             Op::Emit(event) => self.emit(t, event, &inst.args),
             _ => {
                 let name = inst.op.row().name;
@@ -108,14 +113,12 @@ impl KernelRun<'_> {
     }
 
     fn in_record(&mut self, terms: &mut Terms, at: u32) -> Told<Term> {
-        let base = terms.of(Kind::Base(Base::Record));
-        let address = terms.plus(base, at.into())?;
+        let address = terms.plus(self.at.record, at.into())?;
         self.memory.load(terms, address, 4)
     }
 
     fn input(&mut self, terms: &mut Terms, port: u32) -> Told<Term> {
-        let base = terms.of(Kind::Base(Base::Samples));
-        let address = terms.plus(base, 2 * i128::from(port))?;
+        let address = terms.plus(self.at.samples, 2 * i128::from(port))?;
         let word = self.memory.load(terms, address, 2)?;
         let Range { low, high } = self.question.modes.kernel.inputs[port as usize].range;
         terms.clamp(word, (low.into(), high.into()))
@@ -132,20 +135,18 @@ impl KernelRun<'_> {
                 terms.floor(product, 16)?
             }
         };
-        let base = terms.of(Kind::Base(Base::Samples));
         let at = i128::from(places.drive) + 2 * i128::from(port);
-        let address = terms.plus(base, at)?;
+        let address = terms.plus(self.at.samples, at)?;
         self.memory.store(terms, address, 2, value, Truth::YES)
     }
 
     /// The address of a word of a cell.
     fn place(&mut self, terms: &mut Terms, cell: u32, index: Term) -> Told<Term> {
-        let base = terms.of(Kind::Base(Base::Record));
         let size = match self.question.modes.kernel.cells[cell as usize].ty {
             Type::I64 => 8,
             _ => 4,
         };
-        let address = terms.add_scaled(base, index, size)?;
+        let address = terms.add_scaled(self.at.record, index, size)?;
         terms.plus(address, self.question.places.cells[cell as usize].into())
     }
 
@@ -185,8 +186,7 @@ impl KernelRun<'_> {
     fn slot(&mut self, terms: &mut Terms, line: u32, ticks: u32) -> Told<(Term, u8)> {
         let place = &self.question.places.lines[line as usize];
         let ticks = if ticks == place.len { 0 } else { ticks };
-        let base = terms.of(Kind::Base(Base::History));
-        let bytes = if place.narrow { 2 } else { 4 };
+        let (base, bytes) = (self.at.history, place.bytes());
         let Some(pointer) = place.pointers.get(&ticks) else {
             return match ticks {
                 0 => Ok((base, bytes)),
@@ -196,6 +196,28 @@ impl KernelRun<'_> {
         let pointer = self.in_state(terms, *pointer)?;
         let address = terms.add_scaled(pointer, base, 1 << place.scale)?;
         Ok((address, bytes))
+    }
+
+    /// Fills all slots of a line: the key's is as far from the first key's as in the first line, in
+    /// slots, from the first row on.
+    fn fill(&mut self, terms: &mut Terms, line: u32, value: Term) -> Told<()> {
+        let places = self.question.places;
+        let place = &places.lines[line as usize];
+        let Some(first) = places.first_line else {
+            return unproven("a line where there is no first one");
+        };
+        let from = histories(self.question, terms)?;
+        let first = terms.plus(from, places.lines[first as usize].at.into())?;
+        let apart = terms.sub(self.at.history, first)?;
+        let slot = terms.plus(from, place.at.into())?;
+        let slot = terms.add_scaled(slot, apart, 1 << place.scale)?;
+        for row in 0..place.len {
+            let address = terms.plus(slot, i128::from(row) * i128::from(place.row))?;
+            let bytes = place.bytes();
+            self.memory
+                .store(terms, address, bytes, value, Truth::YES)?;
+        }
+        Ok(())
     }
 
     /// Address and bytes of the slot of a line that was written so many ticks and one more ago:

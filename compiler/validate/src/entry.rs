@@ -170,7 +170,7 @@ pub(crate) fn check_entry(
 }
 
 /// The end of the tick, by what each case of the entry has taken of the stack. A run with numbers
-/// leaves it out.
+/// leaves it out: `refute_around` runs it by itself.
 fn check_ends(question: &Question, terms: &mut Terms, left: &[Left]) -> Result<Vec<u32>, Doubt> {
     if terms.is_sampling() {
         return Ok(Vec::new());
@@ -231,15 +231,18 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
     let first = state_word(terms, places.records)?;
     let code = machine.memory.load(terms, first, 4)?;
     if to != code {
-        return unproven("the entry does not go on to the first key");
+        let why = "the entry does not go on to the first key";
+        return differ(terms, code, to, why);
     }
     let row = state_word(terms, places.row)?;
     let row = terms.of(Kind::Load(row, 4));
     let begin = [state, first, samples, row];
     for ((register, base), begin) in ROLES.into_iter().zip(begin) {
         let is_used = base != Base::History || !places.lines.is_empty();
-        if is_used && machine.registers[usize::from(register)] != begin {
-            return unproven(format!("r{register} is not at the first key"));
+        let found = machine.registers[usize::from(register)];
+        if is_used && found != begin {
+            let why = format!("r{register} is not at the first key");
+            return differ(terms, begin, found, why);
         }
     }
     let found = left_to_others(question, terms, &machine.memory)?;
@@ -258,8 +261,10 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
     };
     let last = terms.plus(stack, -4)?;
     let back = terms.of(Kind::Register(LR));
-    if machine.memory.load(terms, last, 4)? != back {
-        return unproven("the entry does not keep where the tick returns to");
+    let kept = machine.memory.load(terms, last, 4)?;
+    if kept != back {
+        let why = "the entry does not keep where the tick returns to";
+        return differ(terms, back, kept, why);
     }
     Ok(Left {
         registers: machine.registers,

@@ -10,7 +10,7 @@ use whippen_modes::{End, Mode, ModeId, Target};
 use crate::memory::Memory;
 use crate::places::{Question, Shared};
 use crate::stop::{Told, unproven};
-use crate::term::{Function, Term, Terms};
+use crate::term::{Base, Function, Kind, Term, Terms};
 use crate::truth::Truth;
 
 /// A value.
@@ -25,7 +25,32 @@ pub(crate) struct KernelRun<'a> {
     pub question: &'a Question<'a>,
     pub values: &'a IdMap<Value, ValueInfo>,
     numbers: IdMap<Value, Option<Number>>,
+    pub at: KeyAt,
     pub memory: Memory,
+}
+
+/// Where a key finds its memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct KeyAt {
+    /// Its record.
+    pub record: Term,
+    /// Its words.
+    pub samples: Term,
+    /// Its slot in the first line.
+    pub history: Term,
+}
+
+impl KeyAt {
+    /// Whichever key it is.
+    fn any(terms: &mut Terms) -> KeyAt {
+        let bases = [Base::Record, Base::Samples, Base::History];
+        let [record, samples, history] = bases.map(|base| terms.of(Kind::Base(base)));
+        KeyAt {
+            record,
+            samples,
+            history,
+        }
+    }
 }
 
 /// The terms of what the tick's entry computes.
@@ -34,7 +59,8 @@ pub(crate) fn run_shared<'a>(
     terms: &mut Terms,
     shared: &'a Shared,
 ) -> Told<Vec<Term>> {
-    let mut run = KernelRun::new(question, &shared.values);
+    let at = KeyAt::any(terms);
+    let mut run = KernelRun::new(question, &shared.values, at);
     for inst in &shared.insts {
         run.inst(terms, inst)?;
     }
@@ -48,7 +74,8 @@ pub(crate) fn run_mode<'a>(
     terms: &mut Terms,
     mode: &'a Mode,
 ) -> Told<(Memory, ModeId)> {
-    let mut run = KernelRun::new(question, &mode.values);
+    let key = KeyAt::any(terms);
+    let mut run = KernelRun::new(question, &mode.values, key);
     let mut at = whippen_modes::BlockId(0);
     loop {
         let block = &mode.blocks[at];
@@ -70,11 +97,28 @@ pub(crate) fn run_mode<'a>(
     }
 }
 
+/// Runs what prepares a key, from what its memory holds before; gives what it holds then.
+pub(crate) fn run_init<'a>(
+    question: &'a Question<'a>,
+    terms: &mut Terms,
+    at: KeyAt,
+    before: Memory,
+) -> Told<Memory> {
+    let kernel = &question.modes.kernel;
+    let mut run = KernelRun::new(question, &kernel.values, at);
+    run.memory = before;
+    for inst in &kernel.init.insts {
+        run.inst(terms, inst)?;
+    }
+    Ok(run.memory)
+}
+
 impl<'a> KernelRun<'a> {
-    fn new(question: &'a Question<'a>, values: &'a IdMap<Value, ValueInfo>) -> Self {
+    fn new(question: &'a Question<'a>, values: &'a IdMap<Value, ValueInfo>, at: KeyAt) -> Self {
         KernelRun {
             question,
             values,
+            at,
             numbers: IdMap::filled(None, values.len()),
             memory: Memory::default(),
         }

@@ -22,6 +22,8 @@
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
 //! | `check`, `entry`, `end` | the comparison of modes, and of the tick's entry and end |
 //! | `around` | rings, pointers and the tick's number at both |
+//! | `room` | how many events a tick can have |
+//! | `prepare`, `first` | the routines that prepare keys, and what memory holds before |
 //! | `again` | validated code with some of its bytes changed |
 //! | `sample` | what is not shown is tried with numbers: whether it is wrong |
 //!
@@ -40,13 +42,16 @@ mod divide;
 mod effects;
 mod end;
 mod entry;
+mod first;
 mod kernel;
 mod machine;
 mod memory;
 mod multiply;
 mod normal;
 pub mod places;
+mod prepare;
 mod quotient;
+mod room;
 mod sample;
 mod show;
 mod stop;
@@ -64,7 +69,8 @@ use std::fmt;
 use whippen_modes::ModeId;
 
 use check::{Assumed, Path, Start, Used, again_with_facts, all_cases, run_case};
-use sample::{refute, refute_shared};
+use prepare::{Shown, check_routine};
+use sample::{refute, refute_around, refute_routine, refute_shared};
 use stop::Doubt;
 use term::Terms;
 use whippen_deterministic::parallel;
@@ -124,6 +130,34 @@ impl fmt::Display for Verdict {
     }
 }
 
+/// A routine that prepares keys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Routine {
+    /// All, for the first tick.
+    Init,
+    /// One, while others play.
+    Begin,
+}
+
+impl Routine {
+    /// Both.
+    pub const ALL: [Routine; 2] = [Routine::Init, Routine::Begin];
+
+    /// Its name, as symbols end in it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Routine::Init => "init",
+            Routine::Begin => "begin",
+        }
+    }
+}
+
+impl fmt::Display for Routine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
 /// What is known of the code of a core's keys.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Report {
@@ -135,6 +169,8 @@ pub struct Report {
     pub tables: Verdict,
     /// Each mode.
     pub modes: Vec<Verdict>,
+    /// What each routine leaves keys to begin with.
+    pub routines: [Verdict; 2],
 }
 
 /// Compares the code of all modes with the modes.
@@ -153,7 +189,40 @@ pub fn validate(question: &Question) -> Report {
         shared,
         tables: entry::check_tables(question),
         modes,
+        routines: Routine::ALL.map(|routine| validate_routine(question, routine)),
     }
+}
+
+/// What a routine leaves keys to begin with.
+pub fn validate_routine(question: &Question, routine: Routine) -> Verdict {
+    match show_routine(question, routine) {
+        Err(verdict) => verdict,
+        Ok(shown) => match routine_falls_short(question, routine) {
+            Some(doubt) => Verdict::of(doubt),
+            None => Verdict::Validated { cases: shown.cases },
+        },
+    }
+}
+
+/// What is shown of a routine's code.
+///
+/// # Errors
+/// It is unproven or refuted.
+fn show_routine(question: &Question, routine: Routine) -> Result<Shown, Verdict> {
+    let mut terms = prepare::terms(question);
+    check_routine(question, &mut terms, routine).map_err(|doubt| {
+        let refuted = refute_routine(question, &mut terms, routine);
+        refuted.map_or_else(|| Verdict::of(doubt), |why| Verdict::Refuted { why })
+    })
+}
+
+/// By the Kernel every slot of a line holds the value that is nearest to 0 before `init`; what one
+/// key has pushed is left by `begin`, unless the Kernel's `init` fills the line.
+fn routine_falls_short(question: &Question, routine: Routine) -> Option<Doubt> {
+    let line = question.unfilled().into_iter().next()?;
+    let name = &question.modes.kernel.lines[line].name;
+    let why = format!("line `{name}` keeps what was pushed before");
+    (routine == Routine::Begin).then(|| Doubt::new(Reason::Values, why))
 }
 
 /// The tick's entry, and each word that it computes.
@@ -163,7 +232,8 @@ fn validate_entry(question: &Question, begun: &Result<Begun, Doubt>) -> (Verdict
         Err(doubt) => {
             let results = question.shared.results.iter();
             let shared = results.map(|_| unproven_entry()).collect();
-            return (Verdict::of(doubt.clone()), shared);
+            let mut terms = entry::terms(question);
+            return (of_around(question, &mut terms, doubt), shared);
         }
     };
     let (mut terms, mut shared) = (terms.clone(), shared.clone());
@@ -175,6 +245,15 @@ fn validate_entry(question: &Question, begun: &Result<Begun, Doubt>) -> (Verdict
         }
     }
     (Verdict::Validated { cases: 1 }, shared)
+}
+
+/// The verdict on a tick's entry and end that could not be shown.
+fn of_around(question: &Question, terms: &mut Terms, doubt: &Doubt) -> Verdict {
+    let refuted = refute_around(question, terms);
+    refuted.map_or_else(
+        || Verdict::of(doubt.clone()),
+        |why| Verdict::Refuted { why },
+    )
 }
 
 fn unproven_entry() -> Verdict {
@@ -198,6 +277,7 @@ struct Begun {
 
 /// Runs the tick's entry.
 fn begin(question: &Question) -> Result<Begun, Doubt> {
+    question.check_room()?;
     let mut terms = entry::terms(question);
     let (start, shared) = entry::check_entry(question, &mut terms)?;
     Ok(Begun {

@@ -48,6 +48,14 @@ pub(crate) struct Machine<'a> {
     pub guard: Truth,
 }
 
+/// How a run ends.
+pub(crate) enum Left {
+    /// In code, where it was to end.
+    At(u32),
+    /// For an address at which there is no code that is known.
+    For(Term),
+}
+
 /// What comes after an instruction.
 pub(crate) enum Next {
     Behind,
@@ -73,8 +81,29 @@ impl<'a> Machine<'a> {
         }
     }
 
+    /// In a run with numbers registers hold some, too.
+    pub fn draw_registers(&mut self, terms: &mut Terms) {
+        for register in &mut self.registers {
+            if let Some(number) = terms.drawn(WORD) {
+                *register = terms.constant(number);
+            }
+        }
+    }
+
     /// Runs until the code is left; gives the address to which it goes.
     pub fn run(&mut self, terms: &mut Terms) -> Told<Term> {
+        match self.run_until(terms, |_| false)? {
+            Left::For(target) => Ok(target),
+            Left::At(_) => unproven("nobody asked to stop"),
+        }
+    }
+
+    /// Runs until the code is left, or until something holds behind an instruction.
+    pub fn run_until(
+        &mut self,
+        terms: &mut Terms,
+        mut holds: impl FnMut(&Machine) -> bool,
+    ) -> Told<Left> {
         for _ in 0..STEPS_MAX {
             let (inst, size) = self.fetch()?;
             let next = self
@@ -84,9 +113,14 @@ impl<'a> Machine<'a> {
                 Next::Behind => self.pc = self.pc.wrapping_add(size),
                 Next::To(address) => self.pc = address & !1,
                 Next::Away(target) => match terms.number(target) {
-                    Some(address) => self.pc = address as u32 & !1,
-                    None => return Ok(target),
+                    Some(address) if self.question.code.half(address as u32 & !1).is_some() => {
+                        self.pc = address as u32 & !1;
+                    }
+                    _ => return Ok(Left::For(target)),
                 },
+            }
+            if holds(self) {
+                return Ok(Left::At(self.pc));
             }
         }
         unproven("a path is too long")

@@ -27,6 +27,13 @@ pub struct LinePlace {
     pub at: u32,
 }
 
+impl LinePlace {
+    /// Of a slot.
+    pub fn bytes(&self) -> u8 {
+        if self.narrow { 2 } else { 4 }
+    }
+}
+
 /// The ring of events, in bytes from the beginning of the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RingPlace {
@@ -50,6 +57,8 @@ pub struct RingPlace {
 /// word, which is the address of the code of the key's mode.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Places {
+    /// How many keys there are.
+    pub keys: u32,
     /// In the record: each cell.
     pub cells: Vec<u32>,
     /// In the record: each constant of the key.
@@ -144,6 +153,14 @@ impl Code {
         bytes(&self.pieces, address).map(u32::from_le_bytes)
     }
 
+    /// What other memory holds there at first, as 2 or 4 bytes.
+    pub fn first_bytes(&self, address: u32, count: u8) -> Option<u32> {
+        match count {
+            2 => bytes(&self.data, address).map(|half| u16::from_le_bytes(half).into()),
+            _ => self.first_word(address),
+        }
+    }
+
     /// The word that other memory holds there at first.
     pub fn first_word(&self, address: u32) -> Option<u32> {
         bytes(&self.data, address).map(u32::from_le_bytes)
@@ -159,6 +176,10 @@ pub struct Symbols {
     pub modes: Vec<u32>,
     /// What comes behind the last key.
     pub end: u32,
+    /// What prepares all keys.
+    pub init: u32,
+    /// What prepares one key.
+    pub begin: u32,
     /// Each table.
     pub tables: Vec<u32>,
     /// The state.

@@ -12,17 +12,22 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use whippen_deterministic::Rng;
 use whippen_modes::ModeId;
 
-use crate::Verdict;
 use crate::bounds::{Interval, WORD, meet};
 use crate::check::run_case;
+use crate::end::check_end;
 use crate::entry::check_entry;
 use crate::memory::Address;
 use crate::places::Question;
+use crate::prepare::check_routine;
 use crate::stop::{Doubt, Stop};
 use crate::term::{Base, Kind, Term, Terms};
+use crate::{Routine, Verdict};
 
 /// Ticks that are tried.
 pub(crate) const TICKS: u64 = 96;
+
+/// Runs of a routine that are tried: what it does depends on a key's number and words alone.
+const RUNS: u64 = 16;
 
 /// The bytes that a run with numbers has found.
 #[derive(Clone)]
@@ -70,6 +75,11 @@ impl Terms {
         if let Some(sample) = &mut self.sample {
             sample.declared = range;
         }
+    }
+
+    /// A number of an interval, in a run with numbers.
+    pub fn drawn(&mut self, range: Interval) -> Option<i128> {
+        self.sample.as_mut().map(|sample| sample.number(range))
     }
 
     fn sampled(&mut self, address: Term, bytes: u8) -> Option<i128> {
@@ -149,13 +159,49 @@ pub(crate) fn refute(question: &Question, terms: &mut Terms, mode: ModeId) -> Op
 
 /// Tries random ticks; tells one in which the entry leaves something else in a shared word.
 pub(crate) fn refute_shared(question: &Question, terms: &mut Terms, word: usize) -> Option<String> {
-    let found = (0..TICKS).find_map(|tick| {
-        begin_tick(question, terms, tick, FxHashMap::default());
+    refute_run(question, terms, TICKS, |terms| {
         let (_, shared) = check_entry(question, terms).ok()?;
         match shared.into_iter().nth(word)? {
             Verdict::Refuted { why } => Some(why),
             _ => None,
         }
+    })
+}
+
+/// Tries random ticks; tells one in which the tick's entry or its end leaves something else.
+pub(crate) fn refute_around(question: &Question, terms: &mut Terms) -> Option<String> {
+    refute_run(question, terms, TICKS, |terms| {
+        let certain = |doubt: Doubt| doubt.is_certain.then_some(doubt.why);
+        match check_entry(question, terms) {
+            Err(doubt) => certain(doubt),
+            // The last word that it takes is where the tick returns to.
+            Ok((start, _)) => certain(check_end(question, terms, start.stack_bytes + 4).err()?),
+        }
+    })
+}
+
+/// Tries random numbers; tells those with which a routine leaves something else.
+pub(crate) fn refute_routine(
+    question: &Question,
+    terms: &mut Terms,
+    routine: Routine,
+) -> Option<String> {
+    refute_run(question, terms, RUNS, |terms| {
+        let doubt = check_routine(question, terms, routine).err()?;
+        doubt.is_certain.then_some(doubt.why)
+    })
+}
+
+/// The first witness of some runs with numbers.
+fn refute_run(
+    question: &Question,
+    terms: &mut Terms,
+    runs: u64,
+    run: impl Fn(&mut Terms) -> Option<String>,
+) -> Option<String> {
+    let found = (0..runs).find_map(|tick| {
+        begin_tick(question, terms, tick, FxHashMap::default());
+        run(terms)
     });
     terms.sample = None;
     found

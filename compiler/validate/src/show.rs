@@ -64,6 +64,7 @@ impl Terms {
                 Base::Stack => "STACK",
             }),
             Kind::Register(register) => text.push_str(&format!("r{register}")),
+            Kind::Key => text.push_str("KEY"),
             Kind::Load(address, 4) => call("word", &[*address]),
             Kind::Load(address, 2) => call("half", &[*address]),
             Kind::Load(address, _) => call("byte", &[*address]),

@@ -62,6 +62,8 @@ pub(crate) enum Kind {
     Base(Base),
     /// A register as it was at the beginning.
     Register(u8),
+    /// The number of a key.
+    Key,
     /// What memory holds at the beginning at an address: so many bytes, unsigned, but for words.
     Load(Term, u8),
     /// A product, in order.

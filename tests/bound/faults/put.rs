@@ -2,7 +2,7 @@
 
 use whippen_compiler::Rng;
 use whippen_compiler::modes::ModeId;
-use whippen_compiler::validate::Code;
+use whippen_compiler::validate::{Code, Routine};
 use whippen_isa::{Arch, Code as Halfwords, Inst, ItState, Op, decode, is_wide, reg};
 
 use super::none::is_commuted;
@@ -33,10 +33,22 @@ pub fn instructions(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> 
     all
 }
 
-/// The instructions of a mode or of a tick's entry or end: the last goes to a key's code, or back.
+/// The instructions of a mode, of a tick's entry or end, or of one key's preparation: the last goes
+/// to a key's code, or back.
 pub fn code_of_key(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> {
-    let mut all = instructions(code, arch, from, to);
-    let goes = |inst: &Inst| inst.op() == Op::BX || inst.op() == Op::POP && returns(inst);
+    up_to(instructions(code, arch, from, to), |inst| {
+        inst.op() == Op::BX || inst.op() == Op::POP && returns(inst)
+    })
+}
+
+/// The instructions of what prepares all keys: the last goes back to the loop over them.
+pub fn code_of_loop(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> {
+    up_to(instructions(code, arch, from, to), |inst| {
+        inst.op() == Op::B && !inst.is_conditional()
+    })
+}
+
+fn up_to(mut all: Vec<Placed>, goes: impl Fn(&Inst) -> bool) -> Vec<Placed> {
     let last = all.iter().rposition(|(.., inst)| goes(inst));
     all.truncate(last.map_or(0, |last| last + 1));
     all
@@ -53,6 +65,7 @@ pub enum Whose {
     Mode(ModeId),
     Entry,
     End,
+    Routine(Routine),
 }
 
 /// What is done to an instruction.
@@ -130,6 +143,7 @@ impl Fault {
             Whose::Mode(mode) => format!("mode {mode}"),
             Whose::Entry => "entry".to_string(),
             Whose::End => "end".to_string(),
+            Whose::Routine(routine) => routine.to_string(),
         };
         let (offset, was) = (self.placed.0 - self.from, self.placed.2);
         let kind = name(self.kind);
