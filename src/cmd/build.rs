@@ -2,6 +2,9 @@
 
 mod files;
 mod project;
+#[cfg(test)]
+mod refuted;
+mod report;
 mod self_test;
 mod tick_bound;
 

@@ -3,11 +3,10 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::board::{Columns, SoundPort, Wire};
 use whippen_compiler::firmware::{FirmwareImage, ProgramCode};
 use whippen_compiler::image::{Board, Executable, Image, Variables, executable, listing, map, uf2};
 use whippen_compiler::parallel::both;
-use whippen_compiler::pipeline::{self, Compiled};
+use whippen_compiler::pipeline;
 use whippen_compiler::variables::variables;
 use whippen_runtime::files::{FileError, write_whole};
 use whippen_runtime::image::ImageInstrument;
@@ -63,8 +62,14 @@ pub fn files_of_chips(path: &Path, chips: u32) -> Vec<PathBuf> {
     (1..=chips).map(of_chip).collect()
 }
 
+/// An image as it was built, with what it is of.
+pub(super) struct BuiltImage {
+    pub instruments: Vec<ImageInstrument>,
+    pub whole: FirmwareImage,
+}
+
 /// An image as it is to be written.
-struct MadeImage {
+pub(super) struct MadeImage {
     path: PathBuf,
     file: Vec<u8>,
     image: Image,
@@ -201,15 +206,9 @@ impl Files<'_> {
         let texts = texts.transpose()?;
         let (instruments, chips) = (setup.image_instruments()?, setup.of_chips()?);
         let chips: Vec<Files> = chips.iter().map(|setup| Files { setup }).collect();
-        let made = chips.iter().map(|chip| {
-            let own = chip.setup.with_own_keys(&instruments);
-            chip.made(args, &own, family)
-        });
-        let made: Vec<MadeImage> = made.collect::<Result<_, _>>()?;
-        for (chip, made) in chips.iter().zip(&made) {
-            chip.listings(args, &made.image, &setup.board)?;
-        }
-        put_together(&made)?;
+        let built = chips.iter().map(|chip| chip.built(&instruments));
+        let built: Vec<BuiltImage> = built.collect::<Result<_, _>>()?;
+        let made = put_built(args, family, &chips, built)?;
         texts.map_or(Ok(()), |texts| texts.write())?;
         for (chip, made) in chips.iter().zip(&made) {
             chip.report_image(&made.path, &made.image, &made.keys);
@@ -229,24 +228,26 @@ impl Files<'_> {
         Ok(())
     }
 
+    /// The image of one chip.
+    pub(super) fn built(&self, instruments: &[ImageInstrument]) -> Result<BuiltImage, Failure> {
+        let instruments = self.setup.with_own_keys(instruments);
+        let whole = self.setup.build(&instruments)?;
+        Ok(BuiltImage { instruments, whole })
+    }
+
     /// The image of one chip, proven or marked; nothing is written.
-    fn made(
-        &self,
-        args: &Args,
-        instruments: &[ImageInstrument],
-        family: Option<u32>,
-    ) -> Result<MadeImage, Failure> {
+    fn made(&self, args: &Args, of: BuiltImage, family: Option<u32>) -> Result<MadeImage, Failure> {
         let setup = self.setup;
-        let built = setup.build(instruments)?;
-        let (image, keys) = (built.image.clone(), built.keys_of_cores.clone());
-        let variables = self.variables(instruments, &built);
-        let unproven = proof::check(setup, instruments, built.clone(), args.unproven)?;
+        let BuiltImage { instruments, whole } = of;
+        let (image, keys) = (whole.image.clone(), whole.keys_of_cores.clone());
+        let variables = self.variables(&instruments, &whole);
+        let unproven = proof::check(setup, &instruments, whole.clone(), args.unproven)?;
         let validated = (args.validate)
-            .then(|| Validated::of(setup, &built, instruments))
+            .then(|| Validated::of(setup, &whole, &instruments))
             .transpose()?;
         let file = match (family, &unproven) {
             (Some(family), why) => uf2(&image, family, why.as_deref()),
-            (None, None) => self.certified(instruments, &built, &variables),
+            (None, None) => self.certified(&instruments, &whole, &variables),
             (None, why) => executable(&image, &variables, why.as_deref()),
         };
         Ok(MadeImage {
@@ -318,146 +319,6 @@ impl Files<'_> {
         described.chain(parts).collect()
     }
 
-    /// What an image is and takes.
-    fn report_image(&self, path: &Path, image: &Image, keys: &[u32]) {
-        let setup = self.setup;
-        let names: Vec<&str> = setup
-            .layout
-            .programs
-            .iter()
-            .map(|program| program.name.as_str())
-            .collect();
-        let (stored, run) = (image.stored_bytes(), image.run_bytes());
-        let counts: Vec<String> = keys.iter().map(u32::to_string).collect();
-        let counts = counts.join(" and ");
-        say!(
-            "{}: {}{} on {}, {stored} bytes of flash, {run} bytes of RAM",
-            path.display(),
-            match setup.instruments[0].model.is_of_key() {
-                true if counts == "1" => "1 key of ".to_string(),
-                true => format!("{counts} keys of "),
-                false => String::new(),
-            },
-            names.join(", "),
-            if keys.len() == 1 {
-                "one core"
-            } else {
-                "two cores"
-            }
-        );
-        if names.len() > 1 {
-            say!(
-                "it begins with {}; programs are numbered from 0 in this order",
-                names[0]
-            );
-        }
-        if let Some(baud) = setup.monitor_baud() {
-            say!("its serial port is for `whippen monitor`, at {baud} baud; there is no MIDI");
-        }
-        self.say_wiring(keys.iter().sum());
-        self.say_sound();
-        if let Some(motor) = &setup.device.motor {
-            let (peak, torque) = (motor.peak_a, 1000.0 * motor.peak_a * motor.torque_constant);
-            let (force, unit) = (
-                setup.device.drive().full_scale,
-                if setup.device.turns() { "N*m" } else { "N" },
-            );
-            say!(
-                "the greatest force, {force} {unit}, is taken to need {peak} A ({torque:.1} mN*m of the motor)"
-            );
-        }
-    }
-
-    /// What leads where, on a board with parts on its pins.
-    fn say_wiring(&self, keys: u32) {
-        let (board, device) = (&self.setup.board, &self.setup.device);
-        if let Some(knob) = &board.knob {
-            say!("wiring, with the pins of a Raspberry Pi Pico 2:");
-            for Wire { gpio, pico_pin, to } in knob.wiring() {
-                let pin = pico_pin.map_or("none".to_string(), |pin| pin.to_string());
-                say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}");
-            }
-        }
-        if let Some(bench) = &board.bench {
-            say!("wiring of an RP2350B:");
-            for Wire { gpio, to, .. } in bench.wiring(keys) {
-                say!("  GPIO {gpio:>2}  {to}");
-            }
-            let last = bench.latency_cycles(keys.saturating_sub(1), keys);
-            let first = bench.latency_cycles(0, keys);
-            let ticks = |cycles: u32| f64::from(cycles) / f64::from(bench.period_cycles);
-            say!(
-                "from sample to force: {first} cycles of key 0 ({:.2} ticks), {last} of the last key ({:.2})",
-                ticks(first),
-                ticks(last)
-            );
-            // The current gets there within a tick.
-            let (late, said) = (ticks(first) + 0.5, device.delay_samples());
-            if said < late {
-                say!(
-                    "the device `{}` counts {said:.2} ticks from sensor to force, and these are \
-                     {late:.2} with half a tick for the current: its loop was judged with less \
-                     delay than it has; raise `sensor.delay` or `drive.delay`",
-                    device.name
-                );
-            }
-        }
-        if let Some(columns) = &board.columns {
-            self.say_columns(columns, keys);
-        }
-    }
-
-    /// What leads where on a board with columns of converters, and how old a sample is.
-    fn say_columns(&self, columns: &Columns, keys: u32) {
-        say!("wiring, with the pins of a Raspberry Pi Pico 2:");
-        for Wire { gpio, pico_pin, to } in columns.wiring(keys) {
-            let pin = pico_pin.map_or("none".to_string(), |pin| pin.to_string());
-            say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}");
-        }
-        let (latency, period) = (columns.latency_cycles(), columns.period_cycles);
-        let hz = f64::from(self.setup.board.clock_hz) / f64::from(period);
-        let in_parts = hz * f64::from(Columns::parts_delay_ns()) * 1e-9;
-        let ticks = f64::from(latency) / f64::from(period);
-        say!(
-            "from sample to the DAC's update: {latency} cycles of every key ({ticks:.2} ticks); low-pass and settling of \
-             the parts add {in_parts:.2} ticks"
-        );
-        let (late, said) = (ticks + in_parts, self.setup.device.delay_samples());
-        if said < late {
-            say!(
-                "the device `{}` counts {said:.2} ticks from sensor to force, and these are {late:.2}, without the \
-                 amplifier: its loop was judged with less delay than it has; raise `sensor.delay` or `drive.delay`",
-                self.setup.device.name
-            );
-        }
-    }
-
-    /// Where what is heard leaves, on a board with a DAC on its pins.
-    fn say_sound(&self) {
-        let (board, programs) = (&self.setup.board, &self.setup.instruments);
-        let is_heard = |own: &Compiled| !own.model.channels.is_empty();
-        if !programs.iter().any(is_heard) {
-            return;
-        }
-        let Some(port) = &board.i2s else {
-            if board.knob.is_some() || board.bench.is_some() || board.columns.is_some() {
-                say!("nothing hears what it sounds: the board has no `[i2s]`");
-            }
-            return;
-        };
-        for Wire { gpio, pico_pin, to } in port.wiring() {
-            match pico_pin.filter(|_| board.bench.is_none()) {
-                Some(pin) => say!("  pin {pin:>4}  GPIO {gpio:>2}  {to}"),
-                None => say!("  GPIO {gpio:>2}  {to}"),
-            }
-        }
-        let period = SoundPort::period_cycles(board);
-        let hz = f64::from(board.clock_hz) / f64::from(period);
-        say!(
-            "each tick's samples leave in the next one, as a frame of {period} cycles ({hz:.1} Hz)"
-        );
-    }
-
     /// Map and listing of an image.
     pub(super) fn listings(&self, args: &Args, image: &Image, board: &Board) -> Outcome {
         if let Some(path) = &args.map {
@@ -471,6 +332,24 @@ impl Files<'_> {
         }
         Ok(())
     }
+}
+
+/// Proves what was built, validates it where that is asked, and writes it, with its listings: all
+/// images or none.
+pub(super) fn put_built(
+    args: &Args,
+    family: Option<u32>,
+    chips: &[Files],
+    built: Vec<BuiltImage>,
+) -> Result<Vec<MadeImage>, Failure> {
+    let made = chips.iter().zip(built);
+    let made = made.map(|(chip, built)| chip.made(args, built, family));
+    let made: Vec<MadeImage> = made.collect::<Result<_, _>>()?;
+    for (chip, made) in chips.iter().zip(&made) {
+        chip.listings(args, &made.image, &chip.setup.board)?;
+    }
+    put_together(&made)?;
+    Ok(made)
 }
 
 /// All images or none: where one cannot be written those before it go.
