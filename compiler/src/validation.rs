@@ -340,11 +340,13 @@ pub fn validate_image(image: &FirmwareImage, instruments: &[Instrument]) -> Vali
 
 /// Where what begins; what the image does not name begins where there is no code.
 fn symbols(image: &FirmwareImage, name: &str, modes: &Modes) -> Symbols {
-    let address = |of: String| {
+    let found = |of: String| {
         let mut symbols = image.image.symbols.iter();
-        let found = symbols.find(|symbol| symbol.name == of);
-        found.map_or(NOWHERE, |symbol| symbol.address)
+        symbols
+            .find(|symbol| symbol.name == of)
+            .map(|own| own.address)
     };
+    let address = |of: String| found(of).unwrap_or(NOWHERE);
     let numbered = |what: &str, count: usize| {
         let all = (0..count).map(|number| address(format!("{name}.{what}.{number}")));
         all.collect::<Vec<u32>>()
@@ -355,6 +357,8 @@ fn symbols(image: &FirmwareImage, name: &str, modes: &Modes) -> Symbols {
         end: address(format!("{name}.end")),
         init: address(format!("{name}_init")),
         begin: address(format!("{name}_begin")),
+        leading_zeros: found(format!("{name}.leading_zeros")),
+        divide: found(format!("{name}.divide")),
         tables: numbered("table", modes.kernel.tables.len()),
         state: address(format!("{name}_state")),
     }

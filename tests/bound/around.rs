@@ -35,7 +35,8 @@ fn every_place_is_needed_at_entry_and_end() {
     let built = built_of("clavichord-heard.whip", "rp2350");
     assert!(is_validated(&built, |_| {}));
     type Change = fn(&mut Places);
-    let changes: [(&str, Change); 17] = [
+    let changes: [(&str, Change); 18] = [
+        ("keys that have events", |p| p.keys += 1),
         ("head", |p| ring(p).head = 8),
         ("tail", |p| ring(p).tail = 8),
         ("lost", |p| ring(p).lost = 4),

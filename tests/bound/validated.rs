@@ -110,7 +110,8 @@ fn validated_modes_of_a_cortex_m33() {
 }
 
 /// Instruments that are quickly validated on a core without long products.
-const QUICK_OF_M0PLUS: [&str; 6] = [
+const QUICK_OF_M0PLUS: [&str; 7] = [
+    "snap_dome",
     "virtual_spring",
     "baker",
     "two_body",

@@ -12,9 +12,11 @@ use whippen_deterministic::parallel;
 use whippen_modes::ModeId;
 
 use crate::check::{Assumed, Path, Start, Used, Wanted, run_code, run_kernel};
+use crate::contract::shown;
 use crate::entry::{check_entry, check_tables};
 use crate::places::{Code, Question};
 use crate::sample::{TICKS, begin_tick, refute_shared, witness};
+use crate::stop::{Doubt, Reason};
 use crate::term::Terms;
 use crate::{
     Begun, Routine, Verdict, begin, cases_of, check_mode, clobbered, of_around, show_routine,
@@ -143,6 +145,11 @@ impl<'a> Proven<'a> {
             code,
             ..self.question.clone()
         };
+        let known = &self.begun.terms.contracts;
+        if known.iter().any(|own| meets(&own.looked_at, changed)) && shown(&question) != *known {
+            let why = "what a called routine gives is no longer shown";
+            return Verdict::of(Doubt::new(Reason::Code, why));
+        }
         let mut of_routines = 0;
         for (routine, looked_at) in Routine::ALL.into_iter().zip(&self.routines) {
             if meets(looked_at, changed) {

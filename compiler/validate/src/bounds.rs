@@ -215,6 +215,11 @@ impl Terms {
         match (function, args) {
             (Function::LeadingZeros, _) => (0, 32),
             (Function::SquareRoot, _) => (0, 1 << 31),
+            (Function::DivideUnsigned, [a, b]) => match (self.bounds(*a), self.bounds(*b)) {
+                (a, b) if a.0 >= 0 && b.0 > 0 => (a.0 / b.1, a.1 / b.0),
+                (a, _) if a.0 >= 0 => (0, a.1),
+                _ => WORD,
+            },
             (Function::And, [a, b]) => {
                 let (a, b) = (self.bounds(*a), self.bounds(*b));
                 match (a.0 >= 0, b.0 >= 0) {

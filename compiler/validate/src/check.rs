@@ -36,6 +36,8 @@ pub(crate) struct Start {
     pub stack_bytes: i128,
     /// The halfwords of code that the entry looked at, in order.
     pub looked_at: Vec<u32>,
+    /// How many words that routines have left are not known.
+    pub unknown: u8,
 }
 
 impl Start {
@@ -201,6 +203,7 @@ pub(crate) fn run_code(
     let mut machine = Machine::new(question, terms, wanted.code);
     machine.registers = start.registers;
     machine.memory = start.memory.clone();
+    machine.unknown = start.unknown;
     machine
         .memory
         .store(terms, record, 4, code_own, Truth::YES)?;

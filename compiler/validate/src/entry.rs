@@ -9,6 +9,7 @@ use crate::around::{StateWords, state_word};
 use crate::check::{
     ROLES, Start, again_with_facts, all_cases, compare_memory, differ, in_order, on_one_side,
 };
+use crate::contract;
 use crate::end::check_end;
 use crate::kernel::run_shared;
 use crate::machine::Machine;
@@ -23,9 +24,10 @@ const CASES_MAX: usize = 200;
 /// Where memory lies whose addresses are not known: no sum with an offset leaves a word.
 const ADDRESSES: (i128, i128) = (1 << 28, 7 << 28);
 
-/// Terms that know of the pointers of a state.
+/// Terms that know of the pointers of a state, and of routines.
 pub(crate) fn terms(question: &Question) -> Terms {
     let mut terms = Terms::default();
+    terms.contracts = contract::shown(question);
     for base in [
         Base::State,
         Base::Record,
@@ -103,6 +105,7 @@ struct Left {
     shared: Vec<(Term, Term)>,
     /// The halfwords of code that it looked at.
     looked_at: Vec<u32>,
+    unknown: u8,
 }
 
 /// Runs the tick's entry; gives where modes start, and a verdict for each shared word.
@@ -159,12 +162,14 @@ pub(crate) fn check_entry(
     let registers = registers_of(terms, &left, &replaced);
     let at_end = check_ends(question, terms, &left)?;
     let stack_bytes = left.iter().map(|case| case.stack_bytes).min();
+    let unknown = left.iter().map(|case| case.unknown).max();
     let of_cases = left.into_iter().flat_map(|case| case.looked_at);
     let start = Start {
         registers,
         memory,
         stack_bytes: stack_bytes.unwrap_or(0),
         looked_at: in_order(of_cases.chain(at_end).collect()),
+        unknown: unknown.unwrap_or(0),
     };
     Ok((start, verdicts))
 }
@@ -272,6 +277,7 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
         stack_bytes: taken - 4,
         shared,
         looked_at: machine.looked_at,
+        unknown: machine.unknown,
     })
 }
 

@@ -20,6 +20,7 @@
 //! | `memory` | loads and stores by address |
 //! | `kernel`, `effects`, `quotient`, `divide` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
+//! | `contract` | routines that are called, each shown once |
 //! | `check`, `entry`, `end` | the comparison of modes, and of the tick's entry and end |
 //! | `around` | rings, pointers and the tick's number at both |
 //! | `room` | how many events a tick can have |
@@ -38,6 +39,7 @@ mod apply;
 mod around;
 mod bounds;
 mod check;
+mod contract;
 mod divide;
 mod effects;
 mod end;

@@ -44,6 +44,8 @@ pub(crate) struct Machine<'a> {
     /// The halfwords of code that the run looked at, by address, some more than once.
     pub looked_at: Vec<u32>,
     it: ItState,
+    /// How many words that routines have left are not known; each is one of its own.
+    pub unknown: u8,
     /// Where the instruction takes place.
     pub guard: Truth,
 }
@@ -77,8 +79,22 @@ impl<'a> Machine<'a> {
             pc,
             looked_at: Vec::new(),
             it: ItState::OUTSIDE,
+            unknown: 0,
             guard: Truth::YES,
         }
+    }
+
+    /// A word of which nothing is known.
+    pub fn next_unknown(&mut self, terms: &mut Terms) -> Told<Term> {
+        let Some(next) = self
+            .unknown
+            .checked_add(1)
+            .filter(|next| *next < u8::MAX - 16)
+        else {
+            return unproven("too many calls");
+        };
+        self.unknown = next;
+        Ok(terms.of(Kind::Register(16 + next)))
     }
 
     /// In a run with numbers registers hold some, too.
@@ -203,9 +219,12 @@ impl<'a> Machine<'a> {
             Op::B => Next::To(to),
             Op::BL => {
                 let back = self.pc.wrapping_add(inst.size()) | 1;
-                let back = terms.constant(i128::from(back as i32));
-                self.write(terms, LR, back)?;
-                Next::To(to)
+                let term = terms.constant(i128::from(back as i32));
+                self.write(terms, LR, term)?;
+                match self.call(terms, to)? {
+                    true => Next::Behind,
+                    false => Next::To(to),
+                }
             }
             Op::BX => Next::Away(self.register(terms, inst.m)?),
             Op::POP if inst.imm & 1 << PC != 0 => Next::Away(self.pop_and_return(terms, inst)?),

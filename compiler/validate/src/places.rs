@@ -180,6 +180,10 @@ pub struct Symbols {
     pub init: u32,
     /// What prepares one key.
     pub begin: u32,
+    /// What counts leading zeros, where code calls that.
+    pub leading_zeros: Option<u32>,
+    /// What divides without signs, where code calls that.
+    pub divide: Option<u32>,
     /// Each table.
     pub tables: Vec<u32>,
     /// The state.

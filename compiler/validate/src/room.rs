@@ -13,7 +13,7 @@ impl Question<'_> {
     /// # Errors
     /// They may have none.
     pub(crate) fn check_room(&self) -> Result<(), Doubt> {
-        let mut most = self.modes.modes.iter().map(|mode| most_events(mode));
+        let mut most = self.modes.modes.iter().map(most_events);
         let most = most.try_fold(0, |all, own| own.map(|own| all.max(own)));
         let Some(most) = most else {
             return Err(doubt("a mode goes round"));

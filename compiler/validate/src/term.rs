@@ -107,6 +107,8 @@ pub(crate) struct Terms {
     pub(crate) taken: Vec<(crate::truth::Variable, bool)>,
     /// Addresses of words that are pointers into regions of their own.
     pub(crate) pointers: FxHashSet<Term>,
+    /// Routines of which it is shown what they give.
+    pub(crate) contracts: Vec<crate::contract::Contract>,
     /// The numbers that memory holds at the beginning, in a run with numbers.
     pub(crate) sample: Option<crate::sample::Sample>,
 }
