@@ -1,5 +1,5 @@
-//! Translation validation on the command line: of which modes and routines the bytes of an image are
-//! shown to do what modes and Kernel say.
+//! Translation validation on the command line: of which modes and routines the bytes of an image
+//! are shown to do what modes and Kernel say.
 
 use std::fmt;
 

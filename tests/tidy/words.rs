@@ -21,7 +21,7 @@ const RETIRED: &[(&str, &str, &[&str])] = &[
             "emulator/",
             "instruments/",
             "runtime/",
-            "src/cmd/build/files.rs",
+            "src/cmd/build/report.rs",
             "src/cmd/emulate",
             "tests/firmware/key",
             "tests/firmware/knob",

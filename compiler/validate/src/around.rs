@@ -1,6 +1,6 @@
-//! What a tick's entry and end, and `init`, leave in the state besides what keys read of it: the ring
-//! of events, indices of rings, pointers into histories, the tick's number. It is told from where
-//! things lie.
+//! What a tick's entry and end, and `init`, leave in the state besides what keys read of it: the
+//! ring of events, indices of rings, pointers into histories, the tick's number. It is told from
+//! where things lie.
 //!
 //! ```text
 //!   entry: a piece of the ring where all events of a tick have room, or the spare behind it

@@ -13,7 +13,7 @@ use rustc_hash::FxHashSet;
 use whippen_isa::reg::{LR, SP};
 
 use crate::check::{again_with_facts, all_cases, in_order};
-use crate::machine::{Flags, Left, Machine};
+use crate::machine::{Flags, Machine, RunEnd};
 use crate::places::Question;
 use crate::stop::{Doubt, Reason, Stop, Told, unproven};
 use crate::term::{Function, Kind, Term, Terms};
@@ -107,10 +107,10 @@ fn keeps(terms: &mut Terms, machine: &Machine) -> Told<()> {
 }
 
 /// Whether a routine goes back to its caller.
-fn returns(terms: &mut Terms, machine: &Machine, left: &Left) -> Told<()> {
+fn returns(terms: &mut Terms, machine: &Machine, left: &RunEnd) -> Told<()> {
     let back = terms.of(Kind::Register(LR));
     match left {
-        Left::For(to) if *to == back => keeps(terms, machine),
+        RunEnd::For(to) if *to == back => keeps(terms, machine),
         _ => unproven("a routine that does not return"),
     }
 }
@@ -157,8 +157,8 @@ fn head_of(question: &Question, at: u32) -> Told<u32> {
     }
     let mut seen: FxHashSet<u32> = FxHashSet::default();
     match machine.run_until(&mut terms, |machine| !seen.insert(machine.pc))? {
-        Left::At(head) => Ok(head),
-        Left::For(_) => unproven("a division without a loop"),
+        RunEnd::At(head) => Ok(head),
+        RunEnd::For(_) => unproven("a division without a loop"),
     }
 }
 
@@ -186,7 +186,7 @@ fn enter_division(question: &Question, terms: &mut Terms, [at, head]: [u32; 2]) 
         is_same(terms, zero, machine.registers[0])?;
         return Ok(machine.looked_at);
     }
-    let Left::At(_) = left else {
+    let RunEnd::At(_) = left else {
         return unproven("a division without a loop");
     };
     keeps(terms, &machine)?;
@@ -217,8 +217,8 @@ fn round_of_division(question: &Question, terms: &mut Terms, head: u32) -> Told<
     let left = machine.run_until(terms, |machine| machine.pc == head)?;
     let is_last = terms.at_least(rounds, 2)?;
     match (terms.decide(is_last)?, &left) {
-        (true, Left::At(_)) => keeps(terms, &machine)?,
-        (false, Left::For(_)) => returns(terms, &machine, &left)?,
+        (true, RunEnd::At(_)) => keeps(terms, &machine)?,
+        (false, RunEnd::For(_)) => returns(terms, &machine, &left)?,
         _ => return unproven("a division of another number of rounds"),
     }
     let top = terms.floor(digits, 31)?;
@@ -239,7 +239,7 @@ fn round_of_division(question: &Question, terms: &mut Terms, head: u32) -> Told<
     is_same(terms, wanted, machine.registers[0])?;
     is_same(terms, by, machine.registers[1])?;
     is_same(terms, back, machine.registers[usize::from(LR)])?;
-    if let Left::At(_) = left {
+    if let RunEnd::At(_) = left {
         let wanted = terms.plus(rounds, -1)?;
         is_same(terms, wanted, machine.registers[3])?;
     }

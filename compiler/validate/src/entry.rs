@@ -140,12 +140,7 @@ pub(crate) fn check_entry(
             let (wanted, found) = case.shared[number];
             replaced.push((found, word.unwrap_or(wanted)));
             if found != wanted || word.is_none() {
-                let (says, does) = (terms.show(wanted), terms.show(found));
-                let why = format!("the Kernel says {says}, the code {does}");
-                verdict = match differ::<()>(terms, wanted, found, why) {
-                    Err(Stop::Unproven(doubt)) => Verdict::of(doubt),
-                    _ => Verdict::of(Doubt::new(Reason::Code, "its numbers are too large")),
-                };
+                verdict = otherwise(terms, wanted, found);
             }
         }
         verdicts.push(verdict);
@@ -172,6 +167,16 @@ pub(crate) fn check_entry(
         unknown: unknown.unwrap_or(0),
     };
     Ok((start, verdicts))
+}
+
+/// The verdict on a word that is not shown to be what it should.
+fn otherwise(terms: &mut Terms, wanted: Term, found: Term) -> Verdict {
+    let (says, does) = (terms.show(wanted), terms.show(found));
+    let why = format!("the Kernel says {says}, the code {does}");
+    match differ::<()>(terms, wanted, found, why) {
+        Err(Stop::Unproven(doubt)) => Verdict::of(doubt),
+        _ => Verdict::of(Doubt::new(Reason::Code, "its numbers are too large")),
+    }
 }
 
 /// The end of the tick, by what each case of the entry has taken of the stack. A run with numbers
@@ -239,17 +244,7 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
         let why = "the entry does not go on to the first key";
         return differ(terms, code, to, why);
     }
-    let row = state_word(terms, places.row)?;
-    let row = terms.of(Kind::Load(row, 4));
-    let begin = [state, first, samples, row];
-    for ((register, base), begin) in ROLES.into_iter().zip(begin) {
-        let is_used = base != Base::History || !places.lines.is_empty();
-        let found = machine.registers[usize::from(register)];
-        if is_used && found != begin {
-            let why = format!("r{register} is not at the first key");
-            return differ(terms, begin, found, why);
-        }
-    }
+    at_first_key(question, terms, &machine, first)?;
     let found = left_to_others(question, terms, &machine.memory)?;
     compare_memory(question, terms, &own, &found)?;
     let mut shared = Vec::new();
@@ -279,6 +274,29 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
         looked_at: machine.looked_at,
         unknown: machine.unknown,
     })
+}
+
+/// Whether registers lead to the first key's memory.
+fn at_first_key(
+    question: &Question,
+    terms: &mut Terms,
+    machine: &Machine,
+    first: Term,
+) -> Told<()> {
+    let places = question.places;
+    let [state, samples] = [Base::State, Base::Samples].map(|base| terms.of(Kind::Base(base)));
+    let row = state_word(terms, places.row)?;
+    let row = terms.of(Kind::Load(row, 4));
+    let begin = [state, first, samples, row];
+    for ((register, base), begin) in ROLES.into_iter().zip(begin) {
+        let is_used = base != Base::History || !places.lines.is_empty();
+        let found = machine.registers[usize::from(register)];
+        if is_used && found != begin {
+            let why = format!("r{register} is not at the first key");
+            return differ(terms, begin, found, why);
+        }
+    }
+    Ok(())
 }
 
 /// What the entry leaves in memory, but for its own part of the stack and words of all keys.

@@ -37,8 +37,8 @@ impl Question<'_> {
     }
 
     /// Whether the state and histories are as the Kernel says: the code of each record is that of
-    /// mode 0, and behind the last one the end's; cells; rings, events and ticks at their beginning;
-    /// live values within their ranges; slots that `init` does not fill.
+    /// mode 0, and behind the last one the end's; cells; rings, events and ticks at their
+    /// beginning; live values within their ranges; slots that `init` does not fill.
     ///
     /// # Errors
     /// What is otherwise.

@@ -51,7 +51,7 @@ pub(crate) struct Machine<'a> {
 }
 
 /// How a run ends.
-pub(crate) enum Left {
+pub(crate) enum RunEnd {
     /// In code, where it was to end.
     At(u32),
     /// For an address at which there is no code that is known.
@@ -109,8 +109,8 @@ impl<'a> Machine<'a> {
     /// Runs until the code is left; gives the address to which it goes.
     pub fn run(&mut self, terms: &mut Terms) -> Told<Term> {
         match self.run_until(terms, |_| false)? {
-            Left::For(target) => Ok(target),
-            Left::At(_) => unproven("nobody asked to stop"),
+            RunEnd::For(target) => Ok(target),
+            RunEnd::At(_) => unproven("nobody asked to stop"),
         }
     }
 
@@ -119,7 +119,7 @@ impl<'a> Machine<'a> {
         &mut self,
         terms: &mut Terms,
         mut holds: impl FnMut(&Machine) -> bool,
-    ) -> Told<Left> {
+    ) -> Told<RunEnd> {
         for _ in 0..STEPS_MAX {
             let (inst, size) = self.fetch()?;
             let next = self
@@ -132,11 +132,11 @@ impl<'a> Machine<'a> {
                     Some(address) if self.question.code.half(address as u32 & !1).is_some() => {
                         self.pc = address as u32 & !1;
                     }
-                    _ => return Ok(Left::For(target)),
+                    _ => return Ok(RunEnd::For(target)),
                 },
             }
             if holds(self) {
-                return Ok(Left::At(self.pc));
+                return Ok(RunEnd::At(self.pc));
             }
         }
         unproven("a path is too long")

@@ -23,7 +23,7 @@ use crate::check::{
 };
 use crate::entry;
 use crate::kernel::{KeyAt, run_init};
-use crate::machine::{Left, Machine};
+use crate::machine::{Machine, RunEnd};
 use crate::memory::{Held, Memory};
 use crate::places::Question;
 use crate::stop::{Doubt, Told, unproven};
@@ -257,8 +257,8 @@ fn find_loop(question: &Question, terms: &mut Terms) -> Told<Option<u32>> {
         before != record && record == second
     })?;
     Ok(match left {
-        Left::At(head) => Some(head),
-        Left::For(_) => None,
+        RunEnd::At(head) => Some(head),
+        RunEnd::For(_) => None,
     })
 }
 
@@ -283,7 +283,7 @@ fn enter_loop(question: &Question, terms: &mut Terms, head: Option<u32>) -> Told
         return unproven("it does not say what of the stack it takes");
     };
     match left {
-        Left::At(_) => {
+        RunEnd::At(_) => {
             registers_at(question, terms, &machine, at)?;
             let last = terms.plus(stack, -WORD_BYTES)?;
             let kept = machine.memory.load(terms, last, 4)?;
@@ -291,10 +291,10 @@ fn enter_loop(question: &Question, terms: &mut Terms, head: Option<u32>) -> Told
                 return differ(terms, back, kept, "it does not keep where it returns to");
             }
         }
-        Left::For(_) if question.places.keys != 1 => {
+        RunEnd::For(_) if question.places.keys != 1 => {
             return unproven("there is no loop over keys");
         }
-        Left::For(to) => returned(terms, &machine, [to, back])?,
+        RunEnd::For(to) => returned(terms, &machine, [to, back])?,
     }
     let found = left_to_others(terms, &machine.memory, 0)?;
     compare_memory(question, terms, &wanted, &found)?;
@@ -317,7 +317,7 @@ fn run_key(question: &Question, terms: &mut Terms, head: u32, taken: i128) -> To
     let left = machine.run_until(terms, |machine| machine.pc == head)?;
     let is_last = terms.at_least(key, last_key(question))?;
     match (left, terms.decide(is_last)?) {
-        (Left::At(_), false) => {
+        (RunEnd::At(_), false) => {
             let next = terms.plus(key, 1)?;
             let next = key_at(question, terms, next)?;
             registers_at(question, terms, &machine, next)?;
@@ -334,7 +334,7 @@ fn run_key(question: &Question, terms: &mut Terms, head: u32, taken: i128) -> To
                 );
             }
         }
-        (Left::For(to), true) => {
+        (RunEnd::For(to), true) => {
             let last = terms.plus(stack, -WORD_BYTES)?;
             let back = terms.unread(last, 4);
             returned(terms, &machine, [to, back])?;

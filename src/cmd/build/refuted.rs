@@ -13,7 +13,7 @@ use crate::exit::{self, Failure};
 const NOP: [u8; 2] = 0xbf00_u16.to_le_bytes();
 
 #[derive(Parser)]
-struct Line {
+struct Typed {
     #[command(flatten)]
     args: Args,
 }
@@ -51,7 +51,7 @@ fn a_refuted_image_is_not_written() {
     let hammond = concat!(env!("CARGO_MANIFEST_DIR"), "/instruments/hammond.whip");
     let output = elf.to_str().expect("a name");
     let line = ["build", hammond, "--keys", "2", "--validate", "-o", output];
-    let args = Line::parse_from(line).args;
+    let args = Typed::parse_from(line).args;
     let opened = args.setup.open().expect("it opens");
     let setup = args.setup.all_programs(&opened).expect("it compiles");
     let instruments = setup.image_instruments().expect("it has instruments");
