@@ -36,7 +36,7 @@ fn every_place_is_needed_at_entry_and_end() {
     assert!(is_validated(&built, |_| {}));
     type Change = fn(&mut Places);
     let changes: [(&str, Change); 18] = [
-        ("keys that have events", |p| p.keys += 1),
+        ("keys that have events", |p| p.keys *= 16),
         ("head", |p| ring(p).head = 8),
         ("tail", |p| ring(p).tail = 8),
         ("lost", |p| ring(p).lost = 4),
