@@ -64,7 +64,7 @@ pub(crate) fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval>
     }
     let base = match name.ends_with("_literal") {
         true => [i64::from((at.wrapping_add(4) & !3) as i32); 2],
-        false if inst.n == reg::PC => return None,
+        // By PC there are literals alone.
         false => facts.of(inst.n),
     };
     let offset = if inst.add {
