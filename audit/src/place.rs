@@ -1,6 +1,9 @@
 //! The stack, and what registers and slots of it hold of pointers: where the stack pointer is,
 //! return addresses, pointers into sections.
 
+#[cfg(test)]
+mod tests;
+
 use whippen_isa::{Class, Inst, Op, RegSet, ShiftType, reg};
 
 use crate::access::{is_store, words};
