@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use whippen_emulator::{
     Access, Board, Bus, BusError, CoreKind, Device, DeviceId, Machine, Region, Register, Waits,
 };
-use whippen_isa::{Arch, Class, Encoding, Inst, ItState, Op, RegSet, decode, reg};
+use whippen_isa::{Arch, Class, Encoding, Inst, ItState, Op, RegSet, ShiftType, decode, reg};
 
 use crate::access::{addresses, hands_stack, is_store, words};
 use crate::facts::Facts;
@@ -139,7 +139,7 @@ impl Before {
             let small = register == inst.m || random.below(4) == 0;
             let tag = Some(tag(random)).filter(|_| !small);
             place.registers[usize::from(register)] = tag;
-            let word = tag.map_or_else(|| 4 * random.below(4), word_of);
+            let word = tag.map_or_else(|| 4 + 4 * random.below(3), word_of);
             machine.cpu_mut(0).set(Register::core(register), word);
         }
         for slot in (-2 * BELOW..0).step_by(4) {
@@ -216,7 +216,10 @@ fn instructions(each: usize, random: &mut Random) -> Vec<(Inst, [u16; 2])> {
             let Ok(inst) = decode(bits[0], bits[1], Arch::V8M, ItState::OUTSIDE) else {
                 continue;
             };
-            if inst.encoding == encoding && is_of_interest(&inst) {
+            // A constant that leaves any section is assumed to be none.
+            let leaves = inst.op() != Op::MOV_register && inst.imm >= SECTION_SIZE / 2;
+            let leaves = leaves && inst.class() == Class::Alu && inst.n != reg::SP;
+            if inst.encoding == encoding && is_of_interest(&inst) && !leaves {
                 all.push((inst, bits));
                 all.extend(by_sp(inst));
             }
@@ -225,10 +228,13 @@ fn instructions(each: usize, random: &mut Random) -> Vec<(Inst, [u16; 2])> {
     all
 }
 
-/// The same by the stack pointer, with an offset of a few words.
+/// The same by the stack pointer, with an offset of a few words; of a sum one with a small index.
 fn by_sp(inst: Inst) -> Option<(Inst, [u16; 2])> {
+    let is_sum = inst.op() == Op::ADD_register && inst.size() == 4;
     let own = Inst {
-        n: reg::SP,
+        n: if is_sum { inst.n } else { reg::SP },
+        shift: if is_sum { ShiftType::LSL } else { inst.shift },
+        amount: if is_sum { 2 } else { inst.amount },
         imm: match inst.class() {
             Class::LoadMultiple | Class::StoreMultiple => inst.imm,
             _ => inst.imm & 0x1c,
@@ -356,8 +362,10 @@ fn check_place(inst: &Inst, before: &Before, after: &Place) {
 fn keeps_tag(inst: &Inst, register: u8) -> bool {
     let loads = inst.n == reg::SP && !inst.op().identifier().ends_with("_register");
     match inst.class() {
+        // A shifted index further.
+        _ if inst.op() == Op::ADD_register => inst.shift == ShiftType::LSL && inst.amount > 0,
         // The base, some constant further.
-        class if inst.n == register => inst.op() != Op::ADD_register && !class.is_floating_point(),
+        class if inst.n == register => !class.is_floating_point(),
         Class::Load => loads && inst.op() == Op::LDR_immediate,
         Class::LoadMultiple => loads && inst.op() != Op::LDMDB,
         Class::LoadDual => loads,
