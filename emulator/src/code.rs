@@ -2,7 +2,7 @@
 
 use crate::block::Block;
 use crate::memory::Memory;
-use crate::translate::{Host, Mode, Node, translate};
+use crate::translate::{Host, Node, RunMode, translate};
 use std::collections::HashMap;
 use whippen_isa::ItState;
 use whippen_isa::timing::Core as Timing;
@@ -49,7 +49,7 @@ impl Code {
 
     /// Translates what begins with a block that has become hot.
     #[cold]
-    pub fn translate(&mut self, block: usize, pipe: u16, mode: Mode) {
+    pub fn translate(&mut self, block: usize, pipe: u16, mode: RunMode) {
         translate(&mut self.host, &mut self.blocks, Node { block, pipe }, mode);
     }
 

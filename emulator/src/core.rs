@@ -16,7 +16,7 @@ use crate::cpu::Cpu;
 use crate::memo::{Key, Known, Link, Pipes};
 use crate::op::Flow;
 use crate::outcome::Outcomes;
-use crate::translate::{Mode, Native, Time};
+use crate::translate::{Native, RunMode, Time};
 use whippen_isa::timing::{Core as Timing, Pipe, Target};
 
 /// A core with what it has decoded and counted.
@@ -96,7 +96,7 @@ impl Core {
         while self.cycle + self.code.blocks[number].cycles_max <= horizon {
             let translated = self.code.blocks[number]
                 .translated
-                .code(Mode::Alone, self.pipe);
+                .code(RunMode::Alone, self.pipe);
             let run = match translated.map(|code| self.run_translated(bus, code, horizon)) {
                 Some(Ok(run)) => run,
                 // In front of a block for which there is no room, or no translation here.
@@ -140,7 +140,7 @@ impl Core {
     fn interpret(&mut self, bus: &mut Bus, number: usize) -> Run {
         let block = &mut self.code.blocks[number];
         if block.translated.is_due(block.ops.len()) {
-            self.code.translate(number, self.pipe, Mode::Alone);
+            self.code.translate(number, self.pipe, RunMode::Alone);
         }
         self.cpu.outcomes = 1;
         let (mut flow, mut done) = (Flow::Next, 0);

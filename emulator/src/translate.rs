@@ -44,7 +44,7 @@ const CODES_MAX: usize = 8;
 
 /// Where memory accesses of translated code are made.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Mode {
+pub(crate) enum RunMode {
     /// The only core: in plain memory.
     Alone,
     /// A core that runs apart.
@@ -56,13 +56,13 @@ pub(crate) enum Mode {
 #[derive(Default)]
 pub(crate) struct Translated {
     interpreted: usize,
-    codes: Vec<(Mode, u16, Native)>,
+    codes: Vec<(RunMode, u16, Native)>,
 }
 
 impl Translated {
     /// The code for a mode and the number of a state of the pipeline.
     #[inline(always)]
-    pub fn code(&self, mode: Mode, pipe: u16) -> Option<Native> {
+    pub fn code(&self, mode: RunMode, pipe: u16) -> Option<Native> {
         let mut codes = self.codes.iter();
         let found = codes.find(|code| code.0 == mode && code.1 == pipe)?;
         Some(found.2)
@@ -70,7 +70,7 @@ impl Translated {
 
     /// How many there are for a mode.
     #[cfg(test)]
-    pub fn count(&self, mode: Mode) -> usize {
+    pub fn count(&self, mode: RunMode) -> usize {
         self.codes.iter().filter(|code| code.0 == mode).count()
     }
 
@@ -83,7 +83,7 @@ impl Translated {
 }
 
 /// Translates what begins with a block.
-pub(crate) fn translate(host: &mut Host, blocks: &mut [Block], first: Node, mode: Mode) {
+pub(crate) fn translate(host: &mut Host, blocks: &mut [Block], first: Node, mode: RunMode) {
     blocks[first.block].translated.interpreted = 0;
     let code = host.define(|builder, helpers, config| {
         Emitter::new(builder, helpers, mode, blocks).unit(first, config);

@@ -14,6 +14,13 @@ const TWICE: &[(&str, &str)] = &[
     ),
     ("compiler/lang/Item", "in the text and in the model"),
     ("compiler/lang/Keyboard", "in the text and in the model"),
+    ("emulator/Exit", "with translation, and without"),
+    ("emulator/Host", "with translation, and without"),
+    ("emulator/Native", "with translation, and without"),
+    ("emulator/Node", "with translation, and without"),
+    ("emulator/RunMode", "with translation, and without"),
+    ("emulator/Time", "with translation, and without"),
+    ("emulator/Translated", "with translation, and without"),
 ];
 
 /// The name of the type that a line of code defines.

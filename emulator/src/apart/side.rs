@@ -8,7 +8,7 @@ use crate::cpu::Cpu;
 use crate::memory::NO_PORT;
 use crate::op::Flow;
 use crate::outcome::Outcomes;
-use crate::translate::{Mode, Native, Time};
+use crate::translate::{Native, RunMode, Time};
 use whippen_isa::timing::Pipe;
 
 /// No access comes so many cycles after its instruction began: the longest list has 32 words.
@@ -127,11 +127,11 @@ impl Core {
     fn run_whole(&mut self, bus: &mut Bus, number: usize, room: u64) -> Ended {
         let block = &mut self.code.blocks[number];
         let count = block.ops.len();
-        if let Some(code) = block.translated.code(Mode::Apart, self.pipe) {
+        if let Some(code) = block.translated.code(RunMode::Apart, self.pipe) {
             return self.run_translated_apart(bus, code, room);
         }
         if block.translated.is_due(count) {
-            self.code.translate(number, self.pipe, Mode::Apart);
+            self.code.translate(number, self.pipe, RunMode::Apart);
         }
         self.run_stretch(bus, number, 0, count)
     }

@@ -9,7 +9,7 @@ use crate::lines::Start;
 use crate::observe::{Observer, Step};
 use crate::register::Register;
 use crate::stop::Stop;
-use crate::translate::Mode;
+use crate::translate::RunMode;
 use whippen_isa::{Class, ItState, Op, RegSet, decode, is_wide};
 
 const PORT: u32 = 0x6000_0000;
@@ -307,7 +307,7 @@ fn random_programs_of_two_cores_agree_with_turns() {
         stood += fast.apart.stood;
         back += fast.apart.back;
         apart += fast.apart.cycles;
-        translated += count_translated(&fast, Mode::Apart);
+        translated += count_translated(&fast, RunMode::Apart);
         assert_eq!(judge.apart.stood, 0);
     }
     // All ways were gone: windows that stand, those that are taken back, and most of the time.
@@ -322,7 +322,7 @@ fn random_programs_of_two_cores_agree_with_turns() {
 }
 
 /// Units of all cores, as they are now.
-fn count_translated(m: &Machine, mode: Mode) -> usize {
+fn count_translated(m: &Machine, mode: RunMode) -> usize {
     let blocks = m.cores.iter().flat_map(|core| &core.code.blocks);
     blocks.map(|block| block.translated.count(mode)).sum()
 }
@@ -346,7 +346,7 @@ fn random_programs_of_one_core_agree_with_single_steps() {
             let stops = (fast.run(until), judge.run_observed(until, &mut Watcher));
             assert_eq!(stops, (Stop::Limit, Stop::Limit), "seed {seed}");
             assert_eq!(state(&fast, id), state(&judge, id), "seed {seed}, {until}");
-            translated += count_translated(&fast, Mode::Alone);
+            translated += count_translated(&fast, RunMode::Alone);
             let core = &mut fast.cores[0];
             links += core.code.blocks.iter().filter(|b| b.is_linked()).count();
             match random.below(4) {

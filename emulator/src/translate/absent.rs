@@ -7,7 +7,7 @@ use crate::op::Flow;
 
 /// Where memory accesses of translated code would be made.
 #[derive(Clone, Copy)]
-pub(crate) enum Mode {
+pub(crate) enum RunMode {
     Alone,
     Apart,
 }
@@ -40,7 +40,7 @@ impl Time {
 }
 
 /// How translated code would have ended.
-pub(crate) struct Ended {
+pub(crate) struct Exit {
     pub block: usize,
     pub pipe: u16,
     pub flow: Option<Flow>,
@@ -52,11 +52,11 @@ pub(crate) struct Ended {
 pub(crate) enum Native {}
 
 impl Native {
-    pub fn run(self, _: &mut Cpu, _: &mut Bus, _: &mut Time) -> Ended {
+    pub fn run(self, _: &mut Cpu, _: &mut Bus, _: &mut Time) -> Exit {
         match self {}
     }
 
-    pub fn run_apart(self, _: &mut Cpu, _: &mut Bus, _: &mut Time) -> Ended {
+    pub fn run_apart(self, _: &mut Cpu, _: &mut Bus, _: &mut Time) -> Exit {
         match self {}
     }
 }
@@ -74,12 +74,12 @@ impl Host {
 pub(crate) struct Translated;
 
 impl Translated {
-    pub fn code(&self, _: Mode, _: u16) -> Option<Native> {
+    pub fn code(&self, _: RunMode, _: u16) -> Option<Native> {
         None
     }
 
     #[cfg(test)]
-    pub fn count(&self, _: Mode) -> usize {
+    pub fn count(&self, _: RunMode) -> usize {
         0
     }
 
@@ -88,4 +88,4 @@ impl Translated {
     }
 }
 
-pub(crate) fn translate(_: &mut Host, _: &mut [Block], _: Node, _: Mode) {}
+pub(crate) fn translate(_: &mut Host, _: &mut [Block], _: Node, _: RunMode) {}

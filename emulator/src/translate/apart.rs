@@ -3,7 +3,7 @@
 
 use super::emitter::{At, Emitter};
 use super::kept::fixed;
-use super::memory::{Place, plain};
+use super::memory::{PagePlace, plain};
 use super::unit::{Time, Way};
 use crate::apart::{Stretch, Trail};
 use crate::bus::Bus;
@@ -28,7 +28,7 @@ const PORTS: i32 = of_trail(Trail::PORTS);
 /// For a core that runs apart: the number plus one of the page and the offset in it, the port of
 /// its first word, and the mask of word numbers.
 #[derive(Clone, Copy)]
-pub(super) struct Ports {
+pub(super) struct PagePorts {
     pub page: Value,
     pub at: Value,
     pub first: Value,
@@ -100,7 +100,7 @@ impl Emitter<'_, '_> {
     }
 
     /// Keeps what a store replaces, where the core runs apart.
-    pub fn keep(&mut self, at: &At, place: Place, offset: u32, bytes: u32) {
+    pub fn keep(&mut self, at: &At, place: PagePlace, offset: u32, bytes: u32) {
         let Some(ports) = place.ports else {
             return;
         };
@@ -125,8 +125,8 @@ impl Emitter<'_, '_> {
     }
 
     /// Notes the accesses of an instruction, one a word, where the core runs apart.
-    pub fn note(&mut self, at: &At, address: Value, words: u32, place: Place) {
-        let Some(Ports { first, mask, .. }) = place.ports else {
+    pub fn note(&mut self, at: &At, address: Value, words: u32, place: PagePlace) {
+        let Some(PagePorts { first, mask, .. }) = place.ports else {
             return;
         };
         let room = self.of_time(offset_of!(Time, accesses));

@@ -23,22 +23,7 @@ impl Emitter<'_, '_> {
         let n = |e: &mut Self| e.register(op, op.n);
         let m = |e: &mut Self| e.register(op, op.m);
         Some(match at.inst.op() {
-            I::MOVT => {
-                let low = self.register(op, op.d);
-                let low = self.f.ins().band_imm_u(low, 0xffff);
-                self.f.ins().bor_imm_u(low, i64::from(op.imm << 16))
-            }
-            I::BFC => {
-                let value = self.register(op, op.d);
-                self.f.ins().band_imm_u(value, i64::from(!field(at)))
-            }
-            I::BFI => {
-                let (value, put) = (self.register(op, op.d), n(self));
-                let value = self.f.ins().band_imm_u(value, i64::from(!field(at)));
-                let put = self.f.ins().ishl_imm_u(put, i64::from(op.amount));
-                let put = self.f.ins().band_imm_u(put, i64::from(field(at)));
-                self.f.ins().bor(value, put)
-            }
+            I::MOVT | I::BFC | I::BFI => self.inserted(at),
             I::SBFX | I::UBFX => {
                 let value = n(self);
                 let above = (32 - op.imm - u32::from(op.amount)) & 31;
@@ -80,6 +65,29 @@ impl Emitter<'_, '_> {
             }
             _ => return None,
         })
+    }
+
+    /// Rd with some of its bits replaced.
+    fn inserted(&mut self, at: &At) -> Value {
+        let op = at.op;
+        match at.inst.op() {
+            I::MOVT => {
+                let low = self.register(op, op.d);
+                let low = self.f.ins().band_imm_u(low, 0xffff);
+                self.f.ins().bor_imm_u(low, i64::from(op.imm << 16))
+            }
+            I::BFC => {
+                let value = self.register(op, op.d);
+                self.f.ins().band_imm_u(value, i64::from(!field(at)))
+            }
+            _ => {
+                let (value, put) = (self.register(op, op.d), self.register(op, op.n));
+                let value = self.f.ins().band_imm_u(value, i64::from(!field(at)));
+                let put = self.f.ins().ishl_imm_u(put, i64::from(op.amount));
+                let put = self.f.ins().band_imm_u(put, i64::from(field(at)));
+                self.f.ins().bor(value, put)
+            }
+        }
     }
 
     /// Rm rotated and extended.

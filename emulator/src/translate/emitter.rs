@@ -1,7 +1,7 @@
 //! Emits a block: where registers, flags and outcomes are while its code runs, how the interpreter
 //! is called for an instruction, and how the code is left.
 
-use super::Mode;
+use super::RunMode;
 use super::host::{Helpers, signature};
 use super::kept::{FLAGS, KEPT, Kept, OUTCOMES, REGISTERS, fixed, members, place};
 use super::leave::Target;
@@ -35,7 +35,7 @@ pub(super) struct Emitter<'f, 'b> {
     pub kept: Kept,
     /// Whether anything can follow what was emitted.
     pub goes_on: bool,
-    pub mode: Mode,
+    pub mode: RunMode,
     pub cpu: Value,
     pub bus: Value,
     pub reads: Value,
@@ -53,7 +53,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
     pub fn new(
         mut f: FunctionBuilder<'f>,
         helpers: Helpers,
-        mode: Mode,
+        mode: RunMode,
         blocks: &'b [Decoded],
     ) -> Self {
         let entry = f.create_block();
@@ -115,7 +115,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
         };
         let none = self.f.ins().iconst(I64, 1);
         self.set(OUTCOMES, none);
-        if self.mode == Mode::Apart {
+        if self.mode == RunMode::Apart {
             self.begin_apart();
         }
         let block = &self.unit.blocks[node.block];
@@ -198,7 +198,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
 
     /// Calls the interpreter for an instruction: its flow.
     fn call(&mut self, index: usize, op: &Op, body: bool) -> Value {
-        if self.mode == Mode::Apart {
+        if self.mode == RunMode::Apart {
             let offset = offset_of!(Bus, trail) + crate::apart::Trail::OP;
             let number = self.f.ins().iconst(I8, index as i64);
             self.f.ins().store(fixed(), number, self.bus, offset as i32);

@@ -9,7 +9,7 @@ use whippen_isa::{Cond, ShiftType};
 
 /// A result with its carry and overflow, which are 0 or 1.
 #[derive(Clone, Copy)]
-pub(super) struct Result {
+pub(super) struct Computed {
     pub value: Value,
     pub carry: Value,
     pub overflow: Value,
@@ -17,7 +17,7 @@ pub(super) struct Result {
 
 impl Emitter<'_, '_> {
     /// Sets all four flags.
-    pub fn set_flags(&mut self, result: Result) {
+    pub fn set_flags(&mut self, result: Computed) {
         self.set(NEGATIVE, result.value);
         self.set(ZERO, result.value);
         self.set(CARRY, result.carry);
@@ -26,7 +26,7 @@ impl Emitter<'_, '_> {
     }
 
     /// `AddWithCarry` with a carry of 0.
-    pub fn add(&mut self, x: Value, y: Value) -> Result {
+    pub fn add(&mut self, x: Value, y: Value) -> Computed {
         let value = self.f.ins().iadd(x, y);
         let carry = self.f.ins().icmp(IntCC::UnsignedLessThan, value, x);
         let (a, b) = (self.f.ins().bxor(x, value), self.f.ins().bxor(y, value));
@@ -34,7 +34,7 @@ impl Emitter<'_, '_> {
     }
 
     /// `AddWithCarry` of the complement of `y`, with a carry of 1.
-    pub fn subtract(&mut self, x: Value, y: Value) -> Result {
+    pub fn subtract(&mut self, x: Value, y: Value) -> Computed {
         let value = self.f.ins().isub(x, y);
         let cc = IntCC::UnsignedGreaterThanOrEqual;
         let carry = self.f.ins().icmp(cc, x, y);
@@ -43,7 +43,7 @@ impl Emitter<'_, '_> {
     }
 
     /// `AddWithCarry` with the carry flag.
-    pub fn add_carry(&mut self, x: Value, y: Value) -> Result {
+    pub fn add_carry(&mut self, x: Value, y: Value) -> Computed {
         let carry = self.get(CARRY);
         let mut wide = self.f.ins().uextend(I64, carry);
         for operand in [x, y] {
@@ -57,10 +57,10 @@ impl Emitter<'_, '_> {
         self.with_overflow(value, carry, a, b)
     }
 
-    fn with_overflow(&mut self, value: Value, carry: Value, a: Value, b: Value) -> Result {
+    fn with_overflow(&mut self, value: Value, carry: Value, a: Value, b: Value) -> Computed {
         let both = self.f.ins().band(a, b);
         let overflow = self.bit(both, 31);
-        Result {
+        Computed {
             value,
             carry,
             overflow,

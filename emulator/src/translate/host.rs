@@ -1,7 +1,7 @@
 //! The only unsafe code of the emulator: calling what was translated, being called by it, and
 //! freeing it.
 
-use super::unit::{Ended, Time};
+use super::unit::{Exit, Time};
 use crate::bus::Bus;
 use crate::cpu::Cpu;
 use crate::op::Op;
@@ -14,7 +14,7 @@ use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Module, default_libcall_names};
 
 /// What is compiled: of a core, the bus, the maps of pages that are read and written, the place of
-/// page number 1 less a page, and time. How it ended (`Ended::of`).
+/// page number 1 less a page, and time. How it ended (`Exit::of`).
 type Function =
     unsafe extern "C" fn(*mut Cpu, *mut Bus, *const u32, *const u32, *mut u8, *mut Time) -> u64;
 
@@ -114,7 +114,7 @@ impl Native {
     /// Runs blocks.
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub fn run(self, cpu: &mut Cpu, bus: &mut Bus, time: &mut Time) -> Ended {
+    pub fn run(self, cpu: &mut Cpu, bus: &mut Bus, time: &mut Time) -> Exit {
         let (cpu, bus): (*mut Cpu, *mut Bus) = (cpu, bus);
         // SAFETY: `bus` was a reference just now, and nobody else has one.
         let (reads, writes, pages) = unsafe { (*bus).memory.places() };
@@ -124,7 +124,7 @@ impl Native {
         // offset in the page is masked. The pointers stay valid during the call: the maps and the
         // pages are made once. Nobody else has a reference to the core or the bus meanwhile but
         // `run` and `body` below.
-        Ended::of(unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE), time) })
+        Exit::of(unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE), time) })
     }
 }
 
@@ -132,7 +132,7 @@ impl Native {
     /// Runs blocks of a core that runs apart.
     #[inline(always)]
     #[allow(unsafe_code)]
-    pub fn run_apart(self, cpu: &mut Cpu, bus: &mut Bus, time: &mut Time) -> Ended {
+    pub fn run_apart(self, cpu: &mut Cpu, bus: &mut Bus, time: &mut Time) -> Exit {
         let trail = &mut bus.trail;
         time.accesses = trail.accesses.reserve(2 * ACCESSES_MAX);
         time.replaced = trail.replaced.reserve(2 * ACCESSES_MAX);
@@ -147,7 +147,7 @@ impl Native {
         // stores and stretches. A block begins only where there is room for all that it can note,
         // so neither the code nor the interpreter runs out of it or moves it meanwhile; each store
         // is also an access.
-        Ended::of(unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE), time) })
+        Exit::of(unsafe { (self.0)(cpu, bus, reads, writes, pages.wrapping_sub(PAGE), time) })
     }
 }
 

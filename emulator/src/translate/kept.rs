@@ -1,7 +1,7 @@
 //! Where registers, flags and outcomes are while translated code runs: in values, read once and
 //! written through, flags and outcomes written where the block is left.
 
-use super::Mode;
+use super::RunMode;
 use super::emitter::Emitter;
 use crate::cpu::Cpu;
 use crate::op::Op;
@@ -56,8 +56,8 @@ impl Emitter<'_, '_> {
     /// registers.
     pub fn in_values(&self) -> u32 {
         match self.mode {
-            Mode::Alone => REGISTERS,
-            Mode::Apart => 0,
+            RunMode::Alone => REGISTERS,
+            RunMode::Apart => 0,
         }
     }
 

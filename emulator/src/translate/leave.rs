@@ -1,9 +1,9 @@
 //! Where a block is left: to the block that follows, where it is known, or out of the code.
 
-use super::Mode;
+use super::RunMode;
 use super::emitter::Emitter;
 use super::kept::{FLAGS, OUTCOMES, fixed};
-use super::unit::{Ended, Node, Time, Way};
+use super::unit::{Exit, Node, Time, Way};
 use crate::cpu::Cpu;
 use crate::op::Flow;
 use cranelift_codegen::ir::condcodes::IntCC;
@@ -80,8 +80,8 @@ impl Emitter<'_, '_> {
         let left_at = offset_of!(Time, left) as i32;
         let left = self.f.ins().load(I64, fixed(), self.time, left_at);
         let room = match self.mode {
-            Mode::Alone => None,
-            Mode::Apart => Some(self.note_stretch(way, flow, left)),
+            RunMode::Alone => None,
+            RunMode::Apart => Some(self.note_stretch(way, flow, left)),
         };
         let cycles = i64::from(way.link.known.cycles);
         let left = self.f.ins().iadd_imm_s(left, -cycles);
@@ -108,7 +108,7 @@ impl Emitter<'_, '_> {
             self.begin(out);
         }
         let (block, pipe) = (node.block, node.pipe);
-        let ended = Ended {
+        let ended = Exit {
             block,
             pipe,
             flow: None,
@@ -118,9 +118,9 @@ impl Emitter<'_, '_> {
         self.leave(ended);
     }
 
-    pub fn ended(&self, flow: Option<Flow>, done: usize) -> Ended {
+    pub fn ended(&self, flow: Option<Flow>, done: usize) -> Exit {
         let Node { block, pipe } = self.node;
-        Ended {
+        Exit {
             block,
             pipe,
             flow,

@@ -1,7 +1,7 @@
 //! Loads and stores of one and two registers in place: `exec::memory`, in plain memory.
 
-use super::Mode;
-use super::apart::Ports;
+use super::RunMode;
+use super::apart::PagePorts;
 use super::emitter::{At, Emitter};
 use super::leave::Target;
 use super::unit::Time;
@@ -15,7 +15,7 @@ use whippen_isa::{Class, Op as I, RegSet};
 
 /// What is loaded or stored.
 #[derive(Clone, Copy, PartialEq, Eq)]
-struct Datum {
+struct Extent {
     bytes: u32,
     signed: bool,
 }
@@ -30,7 +30,7 @@ pub(super) struct Span {
     pub write: bool,
 }
 
-fn datum(op: I) -> Option<Datum> {
+fn datum(op: I) -> Option<Extent> {
     let (bytes, signed) = match op {
         I::LDR_immediate | I::LDR_literal | I::LDR_register | I::LDRT => (4, false),
         I::LDRB_immediate | I::LDRB_literal | I::LDRB_register | I::LDRBT => (1, false),
@@ -42,7 +42,7 @@ fn datum(op: I) -> Option<Datum> {
         I::STRH_immediate | I::STRH_register | I::STRHT => (2, false),
         _ => return None,
     };
-    Some(Datum { bytes, signed })
+    Some(Extent { bytes, signed })
 }
 
 /// Bytes of a page: at any place, and only this code knows them.
@@ -52,9 +52,9 @@ pub(super) fn plain() -> MemFlagsData {
 
 /// Where a span is on this computer.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct PagePlace {
     pub host: Value,
-    pub ports: Option<Ports>,
+    pub ports: Option<PagePorts>,
 }
 
 impl Emitter<'_, '_> {
@@ -94,7 +94,7 @@ impl Emitter<'_, '_> {
         (if inst.index { moved } else { base }, Some(back))
     }
 
-    fn load(&mut self, at: &At, datum: Datum) {
+    fn load(&mut self, at: &At, datum: Extent) {
         let (before, slow) = (self.kept, self.f.create_block());
         let (address, back) = self.address(at, slow);
         let span = Span {
@@ -119,7 +119,7 @@ impl Emitter<'_, '_> {
         self.or_interpret(at, slow, before);
     }
 
-    fn store(&mut self, at: &At, datum: Datum) {
+    fn store(&mut self, at: &At, datum: Extent) {
         let (before, slow) = (self.kept, self.f.create_block());
         let (address, back) = self.address(at, slow);
         let value = self.register(at.op, at.op.t);
@@ -185,7 +185,7 @@ impl Emitter<'_, '_> {
 
     /// Where the bytes are on this computer; to `slow` where not all of them can be accessed
     /// without ado.
-    pub fn host(&mut self, span: Span, slow: Block) -> Place {
+    pub fn host(&mut self, span: Span, slow: Block) -> PagePlace {
         let Span {
             address,
             aligned,
@@ -218,13 +218,13 @@ impl Emitter<'_, '_> {
         let absent = self.f.ins().icmp_imm_u(IntCC::Equal, number, 0);
         self.unless(absent, slow);
         let ports = match self.mode {
-            Mode::Alone => None,
-            Mode::Apart => Some(self.ports(page, at, slow)),
+            RunMode::Alone => None,
+            RunMode::Apart => Some(self.ports(page, at, slow)),
         };
         let page = self.f.ins().ishl_imm_u(page, PAGE.trailing_zeros() as i64);
         let page = self.f.ins().iadd(self.pages, page);
         let at = self.f.ins().uextend(I64, at);
-        Place {
+        PagePlace {
             host: self.f.ins().iadd(page, at),
             ports,
         }
@@ -232,7 +232,7 @@ impl Emitter<'_, '_> {
 
     /// The port of the first word of a page and the mask of its words; to `slow` where it has no
     /// port.
-    fn ports(&mut self, page: Value, at: Value, slow: Block) -> Ports {
+    fn ports(&mut self, page: Value, at: Value, slow: Block) -> PagePorts {
         let trusted = MemFlagsData::trusted();
         let offset = offset_of!(Time, stripes) as i32;
         let stripes = self.f.ins().load(I64, trusted, self.time, offset);
@@ -243,7 +243,7 @@ impl Emitter<'_, '_> {
         let none = i64::from(crate::memory::NO_PORT);
         let none = self.f.ins().icmp_imm_u(IntCC::Equal, first, none);
         self.unless(none, slow);
-        Ports {
+        PagePorts {
             page,
             at,
             first,
@@ -273,7 +273,7 @@ impl Emitter<'_, '_> {
     }
 
     /// Writes a word of a page.
-    pub fn put_word(&mut self, at: &At, place: Place, offset: u32, word: Value) {
+    pub fn put_word(&mut self, at: &At, place: PagePlace, offset: u32, word: Value) {
         self.keep(at, place, offset, 4);
         self.f.ins().store(plain(), word, place.host, offset as i32);
     }

@@ -8,7 +8,7 @@
 //! What happened in a block, the state of the pipeline and the next address are compared with what
 //! is known, as `Core::follow` does; what is not known leaves the code.
 
-use super::Mode;
+use super::RunMode;
 use crate::apart::Stretch;
 use crate::block::Block;
 use crate::memo::Link;
@@ -29,7 +29,7 @@ pub(crate) struct Time {
     pub instructions: u64,
     /// The rest is for a core that runs apart. The cycle of the horizon.
     pub end: u64,
-    /// Ports of pages.
+    /// PagePorts of pages.
     pub stripes: *const u8,
     /// Where accesses, stores and stretches are noted.
     pub accesses: *mut [u8; 2],
@@ -66,7 +66,7 @@ impl Time {
 
 /// How translated code ended.
 #[derive(Clone, Copy)]
-pub(crate) struct Ended {
+pub(crate) struct Exit {
     /// In this block, which it entered with this state of the pipeline.
     pub block: usize,
     pub pipe: u16,
@@ -79,7 +79,7 @@ pub(crate) struct Ended {
 /// The number of no flow.
 const IN_FRONT: u64 = 5;
 
-impl Ended {
+impl Exit {
     /// From what code returns.
     #[inline(always)]
     pub fn of(word: u64) -> Self {
@@ -135,14 +135,14 @@ impl Way {
 /// The nodes of a unit, with what stands for them in the code.
 pub(super) struct Unit<'a, T> {
     pub blocks: &'a [Block],
-    mode: Mode,
+    mode: RunMode,
     nodes: Vec<(Node, T)>,
     open: VecDeque<(Node, T)>,
     instructions: usize,
 }
 
 impl<'a, T: Copy> Unit<'a, T> {
-    pub fn new(blocks: &'a [Block], mode: Mode) -> Self {
+    pub fn new(blocks: &'a [Block], mode: RunMode) -> Self {
         Self {
             blocks,
             mode,
