@@ -34,6 +34,8 @@ impl Control {
             Class::BranchRegister if inst.m == reg::LR => Self::Return,
             Class::TableBranch => Self::Table,
             Class::Exception | Class::Security => Self::Waits,
+            // How many words, only the coprocessor knows.
+            Class::Coprocessor if moves_memory(inst.op()) => Self::Waits,
             Class::Wait if matches!(inst.op(), Op::WFE | Op::WFI) => Self::Waits,
             _ if !inst.defs().contains(RegSet::core(reg::PC)) => Self::Next,
             Class::LoadMultiple | Class::Load if inst.n == reg::SP && inst.wback => Self::Return,
@@ -46,6 +48,12 @@ impl Control {
     pub fn branches(self) -> bool {
         self != Self::Next
     }
+}
+
+/// Whether a coprocessor's instruction loads or stores.
+fn moves_memory(op: Op) -> bool {
+    let name = op.identifier();
+    name.starts_with("LDC") || name.starts_with("STC")
 }
 
 /// Whether the instruction after it may follow a branch.

@@ -32,13 +32,53 @@ pub fn moved(inst: &Inst) -> Option<i32> {
     }
 }
 
+/// What an instruction stores by the stack pointer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stored {
+    /// It stores nothing, or not there.
+    Nothing,
+    /// From one place to another one.
+    Bytes(i32, i32),
+    /// Nobody knows where.
+    Somewhere,
+}
+
+/// What an instruction stores by the stack pointer, which is at `sp` before it.
+pub fn stored(inst: &Inst, sp: i32) -> Stored {
+    let words = match inst.class() {
+        _ if inst.n != reg::SP => return Stored::Nothing,
+        Class::Store => 1,
+        Class::StoreDual => 2,
+        Class::StoreMultiple => u32::from(inst.imm as u16).count_ones(),
+        Class::FloatStore | Class::FloatStoreMultiple => {
+            inst.uses().union(inst.defs()).single_bits().count_ones()
+        }
+        Class::StoreOrdered => return Stored::Somewhere,
+        _ => return Stored::Nothing,
+    };
+    let bytes = match inst.op() {
+        Op::STRB_immediate | Op::STRBT => 1,
+        Op::STRH_immediate | Op::STRHT => 2,
+        _ if inst.op().identifier().ends_with("_register") => return Stored::Somewhere,
+        _ => 4 * words as i32,
+    };
+    let from = match (inst.class(), inst.op()) {
+        (Class::StoreMultiple, Op::STM) => sp,
+        (Class::FloatStoreMultiple, Op::VSTMIA | Op::VSTMIA_single | Op::FSTMIAX) => sp,
+        (Class::StoreMultiple | Class::FloatStoreMultiple, _) => sp - bytes,
+        _ if !inst.index => sp,
+        _ if inst.add => sp + inst.imm as i32,
+        _ => sp - inst.imm as i32,
+    };
+    Stored::Bytes(from, from + bytes)
+}
+
 /// The slot from which an instruction loads a register, the stack pointer being at `sp` before it.
 pub fn loaded_slot(inst: &Inst, sp: i32, register: u8) -> Option<i32> {
-    slot(inst, sp, register).filter(|_| {
-        matches!(
-            inst.class(),
-            Class::Load | Class::LoadDual | Class::LoadMultiple
-        )
+    slot(inst, sp, register).filter(|_| match inst.class() {
+        // Others load a part of a word, or from where a register says.
+        Class::Load => inst.op() == Op::LDR_immediate,
+        class => matches!(class, Class::LoadDual | Class::LoadMultiple),
     })
 }
 

@@ -4,7 +4,7 @@
 //! there, and in which stack slots that was saved. That nobody else writes to those slots is the
 //! code's promise (its calling convention), not proven.
 
-use whippen_arm::stack::{loaded_slot, moved, stored_slot};
+use whippen_arm::stack::{Stored, loaded_slot, moved, stored, stored_slot};
 use whippen_isa::{Class, Inst, RegSet, reg};
 
 use super::graph::{Block, ContextId, Control, Destination, Edge, Graph, Item};
@@ -187,8 +187,9 @@ impl StackSlot {
         let (defs, before) = (inst.defs(), self.sp);
         let moves = defs.contains(RegSet::core(reg::SP));
         if moves {
+            // What is no word is rounded down.
             let by = moved(inst)
-                .filter(|_| !inst.is_conditional())
+                .filter(|by| by % 4 == 0 && !inst.is_conditional())
                 .ok_or(NotBounded::Stack {
                     address: item.address,
                 })?;
@@ -202,27 +203,25 @@ impl StackSlot {
             self.returns = slot.is_some_and(|slot| self.saved.contains(&(slot, context)))
                 && !inst.is_conditional();
         }
+        // Whatever interrupts writes below the stack pointer.
+        let sp = self.sp;
+        self.saved.retain(|(at, _)| *at >= sp);
         Ok(())
     }
 
     /// A store to the stack: of LR, or over what was saved there.
     fn store(&mut self, inst: &Inst, before: i32, context: ContextId) {
-        let stores = matches!(
-            inst.class(),
-            Class::Store | Class::StoreDual | Class::StoreMultiple
-        );
-        if !stores || inst.n != reg::SP {
-            return;
+        match stored(inst, before) {
+            Stored::Nothing => return,
+            Stored::Somewhere => self.saved.clear(),
+            Stored::Bytes(from, end) => {
+                self.saved.retain(|(at, _)| at + 4 <= from || end <= *at);
+                let lr = stored_slot(inst, before, reg::LR);
+                let saves = self.returns && end - from >= 4 && !inst.is_conditional();
+                let slot = lr.filter(|_| saves).map(|slot| (slot, context));
+                self.saved.extend(slot);
+            }
         }
-        let lr = stored_slot(inst, before, reg::LR).filter(|_| self.returns);
-        for register in 0..16 {
-            let slot = stored_slot(inst, before, register);
-            self.saved.retain(|(at, _)| Some(*at) != slot);
-        }
-        self.saved.extend(
-            lr.filter(|_| !inst.is_conditional())
-                .map(|slot| (slot, context)),
-        );
     }
 
     /// A branch that is taken.
@@ -257,5 +256,93 @@ impl StackSlot {
         Err(NotBounded::Return {
             address: item.address,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use whippen_isa::timing::Core;
+    use whippen_isa::{Arch, parse};
+
+    /// Behind these instructions of a function: whether LR holds where it returns to, and which
+    /// slots do.
+    fn behind(texts: &[&str]) -> Result<(bool, Vec<i32>), NotBounded> {
+        let mut place = StackSlot {
+            sp: 0,
+            returns: true,
+            saved: Vec::new(),
+        };
+        for text in texts {
+            let inst = parse(text, Arch::V8M, None).expect("an instruction");
+            let item = Item {
+                address: 0,
+                inst,
+                timed: Core::cortex_m33().prepare(&inst),
+                control: Control::Next,
+            };
+            place.execute(&item, 0)?;
+        }
+        let slots = place.saved.iter().map(|(at, _)| *at).collect();
+        Ok((place.returns, slots))
+    }
+
+    #[test]
+    fn a_saved_return_address_is_kept_until_something_is_stored_over_it() {
+        let push = "push {r4, lr}";
+        let kept = Ok((true, vec![-4]));
+        for other in [
+            "str r4, [sp]",
+            "strd r2, r3, [sp, #-8]!",
+            "strh r4, [sp, #2]",
+            "vstr s0, [sp]",
+            "vpush {s0-s1}",
+            "str r4, [r3, #4]",
+        ] {
+            assert_eq!(behind(&[push, other]), kept, "{other}");
+        }
+        for over in [
+            "str r4, [sp, #4]",
+            "strb r4, [sp, #5]",
+            "strh r4, [sp, #6]",
+            "strb r4, [sp, #7]",
+            "str r4, [sp, #3]",
+            "strd r4, r4, [sp]",
+            "vstr s0, [sp, #4]",
+            "vstr d0, [sp]",
+            "str r4, [sp, r3]",
+            "stl r4, [sp]",
+        ] {
+            assert_eq!(behind(&[push, over]), Ok((true, vec![])), "{over}");
+        }
+    }
+
+    #[test]
+    fn what_is_saved_is_a_whole_word_above_the_stack_pointer() {
+        assert_eq!(
+            behind(&["sub sp, #8", "str lr, [sp]"]),
+            Ok((true, vec![-8]))
+        );
+        for part in ["strh lr, [sp]", "strb lr, [sp]", "str lr, [sp, r3]"] {
+            assert_eq!(behind(&["sub sp, #8", part]), Ok((true, vec![])), "{part}");
+        }
+        let moved = ["push {r4, lr}", "add sp, #8", "sub sp, #8"];
+        assert_eq!(behind(&moved), Ok((true, vec![])));
+        assert_eq!(behind(&["str lr, [sp, #-4]"]), Ok((true, vec![])));
+        let odd = behind(&["ldr r0, [sp], #2"]);
+        assert_eq!(odd, Err(NotBounded::Stack { address: 0 }));
+    }
+
+    #[test]
+    fn it_comes_back_by_loads_of_that_word_alone() {
+        let push = "push {r4, lr}";
+        for back in ["ldr lr, [sp, #4]", "ldrd r4, lr, [sp]"] {
+            assert_eq!(behind(&[push, back]), Ok((true, vec![-4])), "{back}");
+        }
+        let popped = ["push {lr}", "pop {lr}"];
+        assert_eq!(behind(&popped), Ok((true, vec![])));
+        for other in ["ldr lr, [sp]", "ldrh lr, [sp, #4]", "ldr lr, [sp, r3]"] {
+            assert_eq!(behind(&[push, other]), Ok((false, vec![-4])), "{other}");
+        }
     }
 }

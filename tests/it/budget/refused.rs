@@ -29,6 +29,7 @@ fn refusals_say_where_and_what_is_missing() {
         ("udf", &[0xde00]),
         ("an undefined word", &[0xffff, 0xffff]),
         ("wfi", &[0xbf30, 0x4770]),
+        ("ldc p1, c2, [r3, #4]", &[0xed93, 0x2101, 0x4770]),
         ("bx r3", &[0x4718]),
         ("subs r0, #1; bne .-2; bx lr", &[0x3801, 0xd1fd, 0x4770]),
         (
