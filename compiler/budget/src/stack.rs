@@ -212,7 +212,7 @@ impl StackSlot {
     /// A store to the stack: of LR, or over what was saved there.
     fn store(&mut self, inst: &Inst, before: i32, context: ContextId) {
         match stored(inst, before) {
-            Stored::Nothing => return,
+            Stored::Nothing => {}
             Stored::Somewhere => self.saved.clear(),
             Stored::Bytes(from, end) => {
                 self.saved.retain(|(at, _)| at + 4 <= from || end <= *at);

@@ -191,13 +191,13 @@ struct Unwind<'a> {
     /// What holds before each instruction, and its place in an IT block.
     frames: FxHashMap<u32, (Frame, ItState)>,
     /// Addresses that are called, or named as functions and not branched to from inside another.
-    entries: BTreeMap<u32, Entry>,
+    entries: BTreeMap<u32, Entered>,
     /// The registers that each function does not keep, as bits.
     changed: FxHashMap<u32, u16>,
 }
 
 /// A function as it is entered.
-struct Entry {
+struct Entered {
     returns: bool,
     /// What it calls and where it branches to.
     leads_to: BTreeSet<u32>,
@@ -226,9 +226,9 @@ impl Unwind<'_> {
 
     /// A function, from every instruction that is reached without leaving it; what it calls is
     /// added to `called`.
-    fn entry(&self, entry: u32, called: &mut Vec<u32>) -> Entry {
+    fn entry(&self, entry: u32, called: &mut Vec<u32>) -> Entered {
         let (mut open, mut done) = (vec![(entry, ItState::OUTSIDE)], FxHashSet::default());
-        let mut found = Entry {
+        let mut found = Entered {
             returns: false,
             leads_to: BTreeSet::new(),
         };

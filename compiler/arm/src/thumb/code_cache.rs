@@ -1,7 +1,7 @@
 //! What was compiled before, by what it was compiled of.
 //!
-//! `--most-keys` and the language server make nearly the same image again and again: other numbers of
-//! keys, another value of a parameter. Registers and orders of instructions follow from the
+//! `--most-keys` and the language server make nearly the same image again and again: other numbers
+//! of keys, another value of a parameter. Registers and orders of instructions follow from the
 //! instructions that were selected and from what else stands in the key, and from nothing else. So
 //! what was found for a key is what would be found again. The key is a digest (SHA-256): nobody
 //! knows two different things that have the same.
@@ -75,16 +75,16 @@ impl CodeCache {
 }
 
 fn digest(what: &impl Hash) -> [u8; 32] {
-    let mut bytes = Bytes(Vec::new());
+    let mut bytes = Written(Vec::new());
     what.hash(&mut bytes);
     Sha256::digest(&bytes.0).into()
 }
 
 /// Takes what is hashed as it is: lengths and variants are part of it, so different values of a
 /// type are different bytes.
-struct Bytes(Vec<u8>);
+struct Written(Vec<u8>);
 
-impl Hasher for Bytes {
+impl Hasher for Written {
     fn write(&mut self, bytes: &[u8]) {
         self.0.extend_from_slice(bytes);
     }
