@@ -149,8 +149,8 @@ struct Search<'s, 'k> {
     specializer: &'s Specializer<'k>,
     /// How many nodes may still be visited; half of them by the next try.
     work_left: u64,
-    /// A try that was made before anybody asked for it: its cells, and what became of it.
-    ahead: Option<(Vec<usize>, Try)>,
+    /// A try that was made before anybody asked for it: by which cells, and what became of it.
+    ahead: Option<(Vec<usize>, Decisions, Try)>,
 }
 
 impl Search<'_, '_> {
@@ -167,11 +167,11 @@ impl Search<'_, '_> {
         let limits = (work_max, &is_unasked);
         let one = |cells: &[Discrete]| self.specializer.try_cells(cells, decisions, limits);
         let numbers = |cells: &[Discrete]| cells.iter().map(|own| own.cell).collect::<Vec<_>>();
-        let before = self.ahead.take().filter(|(of, ahead)| {
-            decisions == Decisions::All && *of == numbers(cells) && ahead.work <= work_max
+        let before = self.ahead.take().filter(|(of, by, ahead)| {
+            *of == numbers(cells) && *by == decisions && ahead.work <= work_max
         });
         let found = match before {
-            Some((_, ahead)) => ahead,
+            Some((_, _, ahead)) => ahead,
             None if then.len() > cells.len() && parallel::has_threads() => {
                 let (ahead, found) = parallel::both(
                     || one(then),
@@ -181,7 +181,9 @@ impl Search<'_, '_> {
                         found
                     },
                 );
-                self.ahead = Some((numbers(then), ahead));
+                // What nobody asked for any more may have been left unfinished.
+                let is_asked = found.modes.is_some();
+                self.ahead = is_asked.then(|| (numbers(then), decisions, ahead));
                 found
             }
             None => one(cells),
