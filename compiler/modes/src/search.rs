@@ -22,11 +22,21 @@ pub(super) fn specialize(kernel: &Kernel, instructions: usize) -> Modes {
         return Modes::single(kernel);
     }
     let work = (tuning::WORK / INSTRUCTIONS as u64).saturating_mul(instructions as u64);
-    let work = work.max(tuning::WORK);
+    search(
+        kernel,
+        instructions,
+        work.max(tuning::WORK),
+        parallel::has_threads(),
+    )
+}
+
+/// Looks for modes with so many instructions and for so much work at most.
+fn search(kernel: &Kernel, instructions: usize, work: u64, looks_ahead: bool) -> Modes {
     let (specializer, mut left) = Specializer::new(kernel, instructions);
     let mut search = Search {
         specializer: &specializer,
         work_left: work,
+        looks_ahead,
         ahead: None,
     };
     let (mut best, mut chosen) = (Modes::single(kernel), Vec::new());
@@ -149,8 +159,9 @@ struct Search<'s, 'k> {
     specializer: &'s Specializer<'k>,
     /// How many nodes may still be visited; half of them by the next try.
     work_left: u64,
+    looks_ahead: bool,
     /// A try that was made before anybody asked for it: by which cells, and what became of it.
-    ahead: Option<(Vec<usize>, Decisions, Try)>,
+    ahead: Option<(Vec<usize>, Try)>,
 }
 
 impl Search<'_, '_> {
@@ -167,12 +178,12 @@ impl Search<'_, '_> {
         let limits = (work_max, &is_unasked);
         let one = |cells: &[Discrete]| self.specializer.try_cells(cells, decisions, limits);
         let numbers = |cells: &[Discrete]| cells.iter().map(|own| own.cell).collect::<Vec<_>>();
-        let before = self.ahead.take().filter(|(of, by, ahead)| {
-            *of == numbers(cells) && *by == decisions && ahead.work <= work_max
-        });
+        // Decisions change only behind a try that came to nothing.
+        let before = (self.ahead.take())
+            .filter(|(of, ahead)| *of == numbers(cells) && ahead.work <= work_max);
         let found = match before {
-            Some((_, _, ahead)) => ahead,
-            None if then.len() > cells.len() && parallel::has_threads() => {
+            Some((_, ahead)) => ahead,
+            None if then.len() > cells.len() && self.looks_ahead => {
                 let (ahead, found) = parallel::both(
                     || one(then),
                     || {
@@ -183,7 +194,7 @@ impl Search<'_, '_> {
                 );
                 // What nobody asked for any more may have been left unfinished.
                 let is_asked = found.modes.is_some();
-                self.ahead = is_asked.then(|| (numbers(then), decisions, ahead));
+                self.ahead = is_asked.then(|| (numbers(then), ahead));
                 found
             }
             None => one(cells),
@@ -216,4 +227,69 @@ fn placed(
         kernel: graph.kernel.clone(),
         work_limited: false,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::fmt::Write;
+    use whippen_kernel::parse;
+
+    /// A Kernel with so many machines of two states, each of which follows the key with some play
+    /// and adds something to the word that goes out.
+    fn machines(count: u32) -> Kernel {
+        let mut cells = String::new();
+        let mut tick =
+            String::from("    v0: i32 [0..65535] = in x\n    v1: i32 [0..0] = const 0\n");
+        let (mut sum, mut next) = (1, 2);
+        for machine in 0..count {
+            let (low, high, most) = (5000 + 4000 * machine, 7000 + 5000 * machine, 9 * machine);
+            writeln!(cells, "  cell m{machine}: i1 [0..1] = 0").expect("a string has room");
+            let v = |nth: u32| next + nth;
+            let lines = [
+                format!("v{}: i32 [{high}..{high}] = const {high}", v(0)),
+                format!("v{}: i1 [0..1] = lt v{} v0", v(1), v(0)),
+                format!("v{}: i32 [{low}..{low}] = const {low}", v(2)),
+                format!("v{}: i1 [0..1] = lt v0 v{}", v(3), v(2)),
+                format!("v{}: i1 [0..1] = get m{machine}", v(4)),
+                format!("v{}: i1 [0..1] = or v{} v{}", v(5), v(4), v(1)),
+                format!("v{}: i1 [0..1] = not v{}", v(6), v(3)),
+                format!("v{}: i1 [0..1] = and v{} v{}", v(7), v(5), v(6)),
+                format!("set m{machine} v{}", v(7)),
+                format!("v{}: i32 [{most}..{most}] = const {most}", v(8)),
+                format!("v{}: i32 [0..{most}] = select v{} v{} v1", v(9), v(4), v(8)),
+                format!("v{}: i32 [0..900] = add v{} v{sum}", v(10), v(9)),
+            ];
+            lines
+                .iter()
+                .for_each(|line| tick += &format!("    {line}\n"));
+            (sum, next) = (v(10), v(11));
+        }
+        let ports = "  in x: u16 [0..65535]\n  out f: i16 [-1000..1000]\n";
+        let tick = format!("  tick {{\n{tick}    out f v{sum}\n  }}\n");
+        let text = format!("kernel machines @44100 {{\n{ports}{cells}{tick}}}\n");
+        parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+    }
+
+    /// With little work and much, whatever fits of the machines at first.
+    #[test]
+    fn tries_ahead_change_nothing() {
+        let mut differ = BTreeSet::new();
+        for count in 1..=6 {
+            let kernel = machines(count);
+            for (instructions, work) in
+                [(40, 9_000), (120, 20_000), (400, 60_000), (9_000, 1 << 24)]
+            {
+                let [ahead, alone] =
+                    [true, false].map(|ahead| search(&kernel, instructions, work, ahead));
+                assert_eq!(
+                    ahead, alone,
+                    "{count}, {instructions} instructions, {work} nodes"
+                );
+                differ.insert(ahead.modes.len());
+            }
+        }
+        assert!(differ.len() > 3, "{differ:?}");
+    }
 }
