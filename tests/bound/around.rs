@@ -11,18 +11,28 @@ use whippen_runtime::image::ImageInstrument;
 use crate::faults::{NOP, code_of_key};
 use crate::validated::{Built, built_of, built_of_keys};
 
-/// Whether entry and end of the first tick are validated with these places.
-fn is_validated(built: &Built, change: impl Fn(&mut Places)) -> bool {
+/// What is found of the first core's keys with these places.
+fn found_with<T>(
+    built: &Built,
+    change: impl Fn(&mut Places),
+    find: impl FnOnce(&Question) -> T,
+) -> T {
     let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
     let (code, all) = (code_of(&built.whole), questions(&built.whole, &instruments));
     let question = all[0].question(&built.whole, &code);
     let mut places = question.places.clone();
     change(&mut places);
-    let question = Question {
+    find(&Question {
         places: &places,
         ..question
-    };
-    validate(&question).entry.is_validated()
+    })
+}
+
+/// Whether entry and end of the first tick are validated with these places.
+fn is_validated(built: &Built, change: impl Fn(&mut Places)) -> bool {
+    found_with(built, change, |question| {
+        validate(question).entry.is_validated()
+    })
 }
 
 fn ring(places: &mut Places) -> &mut RingPlace {
@@ -65,16 +75,9 @@ fn every_place_is_needed_at_entry_and_end() {
 
 /// Which routines of a few keys are validated with these places.
 fn routines_validated(built: &Built, change: impl Fn(&mut Places)) -> [bool; 2] {
-    let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
-    let (code, all) = (code_of(&built.whole), questions(&built.whole, &instruments));
-    let question = all[0].question(&built.whole, &code);
-    let mut places = question.places.clone();
-    change(&mut places);
-    let question = Question {
-        places: &places,
-        ..question
-    };
-    Routine::ALL.map(|routine| validate_routine(&question, routine).is_validated())
+    found_with(built, change, |question| {
+        Routine::ALL.map(|routine| validate_routine(question, routine).is_validated())
+    })
 }
 
 /// So it is with what keys begin with.

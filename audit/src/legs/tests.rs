@@ -100,12 +100,18 @@ fn a_leg_ends_when_both_may_have_come() {
     assert_eq!(met(&slow), Ok((1015 + 207 + 2 + 35, None)));
 }
 
-#[test]
-fn what_legs_cost_is_what_either_does() {
+/// An image whose frame the helper has, too.
+fn of_two_cores() -> Image {
     let mut image = Image::new(&["bx lr"], &[], Vec::new());
     let mut other = image.certificate.frames[0].clone();
     other.core = HELPER;
     image.certificate.frames.push(other);
+    image
+}
+
+#[test]
+fn what_legs_cost_is_what_either_does() {
+    let image = of_two_cores();
     let around = Around::new(&image.certificate, &image.elf, 0).expect("it is known");
     let own = frame(&[40]);
     let cost = Meetings::of(&around, &own).expect("they meet").cost();
@@ -121,10 +127,7 @@ fn what_legs_cost_is_what_either_does() {
 /// A call of legs costs what both cores take; the first of both stands for both, without keys.
 #[test]
 fn a_call_of_legs_costs_until_the_cores_have_met() {
-    let mut image = Image::new(&["bx lr"], &[], Vec::new());
-    let mut other = image.certificate.frames[0].clone();
-    other.core = HELPER;
-    image.certificate.frames.push(other);
+    let image = of_two_cores();
     let around = Around::new(&image.certificate, &image.elf, 0).expect("it is known");
     let own = frame(&[40]);
     let of = |number, keys, behind| {

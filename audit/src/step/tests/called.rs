@@ -57,6 +57,17 @@ fn a_call_is_followed() {
     }
 }
 
+/// A handler that calls once, with this instruction behind the call.
+fn calling_once(behind: &'static str) -> [&'static str; 5] {
+    [
+        "push {r4, lr}",
+        "movs r0, #1",
+        "bl .+0xfc",
+        behind,
+        "pop {r4, pc}",
+    ]
+}
+
 /// A function that is bounded by itself: its cycles are added, its stack lies below the caller's,
 /// and afterwards nothing is known of registers.
 #[test]
@@ -65,13 +76,7 @@ fn a_call_costs_what_its_function_does() {
         let mut handling = function("handler", Kind::Handler, HANDLER);
         handling.calls = vec![call(SITE + 2, CALLEE, 0, 0)];
         let plain = function("callee", Kind::Plain, CALLEE);
-        let texts = [
-            "push {r4, lr}",
-            "movs r0, #1",
-            "bl .+0xfc",
-            behind,
-            "pop {r4, pc}",
-        ];
+        let texts = calling_once(behind);
         let others: [(u32, &[&str]); 1] = [(CALLEE, callee)];
         Image::with(handling, &texts, &others, vec![plain])
     };
@@ -112,13 +117,7 @@ fn a_function_returns_for_what_it_is_bounded_with() {
             returns,
             ..function("callee", Kind::Plain, CALLEE)
         };
-        let texts = [
-            "push {r4, lr}",
-            "movs r0, #1",
-            "bl .+0xfc",
-            behind,
-            "pop {r4, pc}",
-        ];
+        let texts = calling_once(behind);
         let others: [(u32, &[&str]); 1] = [(CALLEE, &["bx lr"])];
         Image::with(handling, &texts, &others, vec![plain])
     };
