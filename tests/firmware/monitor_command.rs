@@ -61,9 +61,14 @@ impl Emulated {
     }
 
     /// What the monitor says to it; then the board has ended.
-    fn monitor(mut self, more: &[&str]) -> Output {
+    fn monitor(self, more: &[&str]) -> Output {
+        self.monitor_of(PROGRAM, more)
+    }
+
+    /// What the monitor of a program says to it; then the board has ended.
+    fn monitor_of(mut self, program: &str, more: &[&str]) -> Output {
         let [option, at] = &self.at;
-        let mut arguments = vec!["monitor", PROGRAM, "--patience", "60s", option, at];
+        let mut arguments = vec!["monitor", program, "--patience", "60s", option, at];
         arguments.extend(more);
         let output = ran(&arguments);
         assert!(
@@ -112,6 +117,7 @@ fn it_speaks_to_an_emulated_board() {
         "{status}"
     );
     // Over a pseudo-terminal, as over a serial port: a capture from the beginning on is jit's.
+    // Between the two requests the board plays on, the longer the busier this computer is.
     let door = if cfg!(unix) { "pty" } else { "0" };
     let more = [
         "--keys",
@@ -121,7 +127,7 @@ fn it_speaks_to_an_emulated_board() {
         "--trigger",
         "begin",
         "--seconds",
-        "60ms",
+        "150ms",
         "--out",
         &trace,
         "--report",
@@ -151,6 +157,40 @@ fn it_speaks_to_an_emulated_board() {
         "{}",
         text(&said.stderr)
     );
+}
+
+/// A force of where the key was 35 ms ago, 20 ms of which the ramp hides.
+const ECHO: &str = "
+instrument echo {
+    sense x: length in 0 mm .. 10 mm
+    delay past: length in 0 mm .. 10 mm lasting 36 ms
+    feed past = x
+    force late = 80 N/m * past(35 ms)
+}
+";
+
+#[test]
+fn a_capture_from_the_beginning_has_empty_lines() {
+    let [program, image, sense] =
+        ["echo.whip", "echo.elf", "echo.bin"].map(|name| temporary(name).display().to_string());
+    std::fs::write(&program, ECHO).expect("it is written");
+    std::fs::write(&sense, words()).expect("it is written");
+    let built = ran(&["build", &program, "--keys", "4", "--monitor", "-o", &image]);
+    assert!(built.status.success(), "{}", text(&built.stderr));
+    let more = [
+        "--keys",
+        "4",
+        "--capture",
+        "1",
+        "--trigger",
+        "begin",
+        "--seconds",
+        "150ms",
+    ];
+    let said = Emulated::start(&image, &sense, "0").monitor_of(&program, &more);
+    let told = text(&said.stdout);
+    assert!(said.status.success(), "{told}{}", text(&said.stderr));
+    assert!(told.contains("; 0 of "), "{told}");
 }
 
 /// Bytes both ways between who connects and a board, but for one of the first long frame of an

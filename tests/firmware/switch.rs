@@ -1,6 +1,6 @@
 //! Another program begins while one plays.
 
-use crate::rig::{KEYS, Rig, kernel, setup};
+use crate::rig::{KEYS, RATE_HZ, Rig, kernel, kernel_of, setup};
 use whippen_compiler::firmware::core_block;
 use whippen_compiler::firmware::{Setup, keys_name};
 use whippen_compiler::kernel::{Interp, Kernel};
@@ -169,6 +169,42 @@ fn no_tick_is_missed() {
     }
     let mailbox = rig.symbol("mailbox");
     assert_eq!((rig.word(mailbox + 12), rig.word(mailbox + 16)), (2, 0));
+}
+
+/// A force that of where the key was 441 ticks ago, from a line that no key fills itself.
+const ECHO: &str = "
+instrument echo {
+    sense x: length in 0 mm .. 10 mm
+    delay past: length in 0 mm .. 10 mm lasting 12 ms
+    feed past = x
+    force late = 80 N/m * past(10 ms)
+}
+";
+
+/// A program that is called again does not go on with what its lines held when it was left.
+#[test]
+fn lines_are_empty_when_a_program_begins() {
+    let kernels = [kernel_of("echo.whip", ECHO), kernel("virtual-spring.whip")];
+    let mut rig = Rig::with(&kernels.each_ref(), 0, &setup());
+    let (first, second, third) = (1200, 2400, 4000);
+    let words = words(RATE_HZ, 0..third);
+    let mut drives = rig.play(words[..first * KEYS].iter().copied());
+    ask(&mut rig, 1, 1);
+    drives.extend(rig.play(words[first * KEYS..second * KEYS].iter().copied()));
+    let before = played(&rig, 0);
+    ask(&mut rig, 2, 0);
+    drives.extend(rig.play(words[second * KEYS..].iter().copied()));
+    let begins = begins(&rig, 0, before);
+    // The line of a core's 44 keys, half a kilobyte a tick.
+    let emptied = (44 * 4 * kernels[0].lines[0].len as usize).div_ceil(512);
+    assert!(emptied > 160, "{emptied} ticks");
+    let wanted = second + emptied..second + emptied + 6;
+    assert!(
+        begins.iter().all(|begin| wanted.contains(begin)),
+        "{begins:?}, {emptied} ticks"
+    );
+    let whole = second + emptied + ramp(RATE_HZ);
+    plays(&kernels[0], begins, &words, &drives, whole..third - 2);
 }
 
 #[test]

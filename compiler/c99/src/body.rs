@@ -104,7 +104,7 @@ impl Writer<'_> {
             self.line(format!("{each}{word} = {};", literal(cell.ty, cell.init)));
         }
         for (index, line) in kernel.lines.iter().enumerate() {
-            let nearest = literal(Type::I32, 0.clamp(line.range.low, line.range.high));
+            let nearest = literal(Type::I32, line.first_value());
             let all = self.filled(index as u32, &nearest);
             self.line(format!("{all};"));
         }

@@ -1,7 +1,7 @@
 @ Ticks that were missed, and those in which a program begins: what follows the beginning of a tick (tick.s) in place of the keys,
 @ and what the frame calls in place of their code. In instructions that all cores have.
 @
-@   tick -> missed, alarmed: silence -> leave              tick -> beginning -> service
+@   tick -> missed, alarmed: silence -> leave              tick -> [emptying ->] beginning -> service
 @
 @ Where some program has keys of several instruments on a core (ZONES), records have no common distance: C_GAINS is a table of them,
 @ two words a key (tables.rs), and a key that has not begun is the end of its zone's chain.
@@ -31,13 +31,23 @@ alarmed:
         ldr     r1, [r4, #C_PROGRAM]
         cmp     r0, r1
         beq     1f
-        ldr     r1, =beginning          @ no key has begun: the chain of keys ends before the first
+        .if     EMPTIES                 @ no key has begun: the chain of keys ends before the first
+        ldr     r1, =emptying
+        .else
+        ldr     r1, =beginning
+        .endif
         .if     TUNING
         ldr     r2, =tuning
         cmp     r0, r2
         bne     3f
         ldr     r1, =watch
 3:
+        .endif
+        .if     EMPTIES                 @ what else stands in place of the keys is the program's, too
+        ldr     r2, [r0, #P_LINES]
+        str     r2, [r4, #C_PIECE]
+        ldr     r2, [r2]
+        str     r2, [r4, #C_SLOT]
         .endif
         ldr     r2, [r0, #P_STATE]
         ldr     r3, [r0, #P_GAINS]

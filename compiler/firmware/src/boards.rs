@@ -386,12 +386,18 @@ const ALARM: Source<'static> = Source {
     text: include_str!("alarm.s"),
 };
 
+const EMPTYING: Source<'static> = Source {
+    name: "firmware/emptying.s",
+    text: include_str!("emptying.s"),
+};
+
 /// Of a core, one after the other.
 const FRAME: &[Source<'static>] = &[
     EXCEPTIONS,
     TICK,
     LATCH,
     ALARM,
+    EMPTYING,
     SOUND,
     TUNING,
     Source {
@@ -452,8 +458,10 @@ pub(super) fn frame<'a>(board: &Support<'a>, guards: Guards, monitored: bool) ->
     let own = match (guards, board.board.arch) {
         (Guards::Keys, Arch::V6M) => SMALL_FRAME,
         (Guards::Keys, _) => FRAME,
-        (Guards::Ports, Arch::V6M) => &[EXCEPTIONS, SMALL_TICK, LATCH, ALARM, SOUND, PORTS],
-        (Guards::Ports, _) => &[EXCEPTIONS, TICK, LATCH, ALARM, SOUND, PORTS],
+        (Guards::Ports, Arch::V6M) => {
+            &[EXCEPTIONS, SMALL_TICK, LATCH, ALARM, EMPTYING, SOUND, PORTS]
+        }
+        (Guards::Ports, _) => &[EXCEPTIONS, TICK, LATCH, ALARM, EMPTYING, SOUND, PORTS],
     };
     let texts = board.own;
     let own = own.iter().map(|source| texts.instead_of(*source));
@@ -478,6 +486,7 @@ const SMALL_FRAME: &[Source<'static>] = &[
     SMALL_TICK,
     LATCH,
     ALARM,
+    EMPTYING,
     SOUND,
     TUNING,
     Source {

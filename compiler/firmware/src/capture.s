@@ -16,6 +16,12 @@ capture:
         ldr     r6, [r5, #V_NEXT]
         cmp     r6, #0
         beq     9f
+        .if     EMPTIES                 @ what is captured of a program that begins begins with its first key
+        ldr     r0, [r4, #C_CODE]
+        ldr     r1, =emptying
+        cmp     r0, r1
+        beq     9f
+        .endif
         ldr     r0, [r4, #C_TICK]
         str     r0, [r6]
         ldr     r7, [r4, #C_ROW]

@@ -10,6 +10,7 @@ use whippen_keyboard::{
     CoreId, CoreKeys, CoreZone, InstrumentId, KeyRange, Layout, Program, ProgramId, Zone, ZoneId,
 };
 
+use super::emptying::EmptyPiece;
 use super::parts::{self, Cut, InParts, PartCode};
 use super::{Instrument, Setup, drive_offset_bytes, keys_name, zone_name};
 
@@ -51,6 +52,8 @@ pub struct ZoneCode {
     pub first_on_core: u32,
     /// Code, state, and where the state has what.
     pub built: Built,
+    /// What its lines hold when it begins, but for those that a key fills itself.
+    pub empty_pieces: Vec<EmptyPiece>,
     /// The cells of what is heard of it: none, one for both sides, or left and right.
     pub channels: Vec<usize>,
 }
@@ -70,6 +73,11 @@ impl ProgramCode {
     pub fn parts(&self) -> impl Iterator<Item = &PartCode> {
         let cuts = self.cores.iter().flat_map(|core| &core.cut);
         cuts.flat_map(|cut| &cut.parts)
+    }
+
+    /// Whether its instrument is in parts.
+    pub fn is_in_parts(&self) -> bool {
+        self.cores.iter().any(|core| core.cut.is_some())
     }
 
     /// Everything that is compiled for a core.
@@ -126,6 +134,17 @@ impl ZoneCode {
 pub fn is_split(programs: &[ProgramCode]) -> bool {
     let mut cores = programs.iter().flat_map(|program| &program.cores);
     cores.any(CoreCode::is_split)
+}
+
+/// Whether a program begins after the start: another one, or the same one behind the tuning of
+/// sensors or for the monitor. An instrument in parts, which plays alone, does not.
+pub(super) fn begins_later(programs: &[ProgramCode], setup: &Setup) -> bool {
+    programs.len() > 1 || setup.tuning.is_some() || begins_anew(programs, setup)
+}
+
+/// Whether a program that plays may begin anew.
+pub(super) fn begins_anew(programs: &[ProgramCode], setup: &Setup) -> bool {
+    setup.monitor.is_some() && !programs.iter().any(ProgramCode::is_in_parts)
 }
 
 /// Whether live values that are set wait for a tick that all cores have.
@@ -238,6 +257,7 @@ impl KeysCompiler<'_> {
             let kernel = &self.instruments[instrument.index()].modes.kernel;
             let own = with_values_from(kernel, zone.keys.first);
             zones.push(ZoneCode {
+                empty_pieces: EmptyPiece::of(kernel, &generic.layout.lines()),
                 built: named(generic, &name).with_keys_of(&own, first_on_core),
                 channels: kernel.channels(),
                 name,
@@ -287,6 +307,8 @@ impl KeysCompiler<'_> {
         let tail = tail.ok_or_else(|| ThumbError::Bug("no tail".to_string()))?;
         let zone = ZoneCode {
             channels: in_parts.heard().map_or_else(Vec::new, Kernel::channels),
+            // An instrument in parts begins once, at the start.
+            empty_pieces: Vec::new(),
             built: parts::with_names_of_frame(tail.built, &tail.name, &name),
             name: tail.name,
             of,

@@ -8,7 +8,8 @@ use whippen_isa::Arch;
 use whippen_isa::imm::thumb_shrink_imm;
 use whippen_kernel::FULL_SCALE;
 
-use super::code::{CoreCode, ProgramCode, is_latched, is_split};
+use super::code::{CoreCode, ProgramCode, begins_later, is_latched, is_split};
+use super::emptying::empties;
 use super::image::has_helper;
 use super::offsets::assembly_constants;
 use super::ports::Guards;
@@ -27,6 +28,9 @@ pub(super) const PROGRAMS_MAX: usize = 64;
 const PASSED_MESSAGES: u64 = 64;
 /// Number and kind of a control change 88, as the first two bytes have them above the channel.
 const PREFIX: u64 = 88 << 4 | 0xb;
+
+/// How often four words of lines are emptied in a tick.
+const EMPTY_ROUNDS: u64 = 32;
 
 /// The gain of a key in its record.
 pub(super) const GAIN: u32 = 4;
@@ -102,6 +106,9 @@ pub fn constants(
     put("SOUND", channels(programs).into());
     let sums = channels(programs) > 0 && !programs.iter().any(|program| program.cut_has_sound());
     put("SUMS", sums.into());
+    put("EMPTIES", empties(programs, setup).into());
+    put("EMPTY_ROUNDS", EMPTY_ROUNDS);
+    put("BEGINS", begins_later(programs, setup).into());
     put("FULL_SCALE", FULL_SCALE as u64);
     put("PROGRAMS", programs.len() as u64);
     put("FIRST_NOTE", setup.first_note.into());

@@ -27,11 +27,14 @@ core0:  .word   core0_tick, core0_state
         .word   0, 0, 0, 0, -1, 0       @ tick, alarm, missed, faults, the key that is faulty, turn
         .word   0, 0, RAMP              @ its first key, this tick's row, ticks of ramps that are left
         .word   program0_core0, program0_core0, 0 @ the program that plays, the one that is wanted, keys that have begun
-        .if     LATCH + SOUND
+        .if     LATCH + SOUND + EMPTIES
         .word   0, 0, 0                 @ a live value that is set: its tick, its word, it
         .endif
-        .if     SOUND
+        .if     SOUND + EMPTIES
         .word   0                       @ samples that were clipped
+        .endif
+        .if     EMPTIES
+        .word   0, 0                    @ lines that are emptied: the piece, how far it is
         .endif
 alarm:  .word   0                       @ goes up with every missed tick of either core
 
@@ -49,8 +52,11 @@ core1:  .word   core1_tick, core1_state
         .word   0, 0, 0, 0, -1, 0
         .word   KEYS0, 0, RAMP
         .word   program0_core1, program0_core1, 0
-        .if     LATCH
+        .if     LATCH + EMPTIES
         .word   0, 0, 0
+        .endif
+        .if     EMPTIES
+        .word   0, 0, 0                 @ core 0 counts what is clipped
         .endif
         .endif
 

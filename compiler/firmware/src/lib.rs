@@ -23,6 +23,7 @@ mod boards;
 mod code;
 mod columns;
 mod constants;
+mod emptying;
 mod error;
 mod i2s;
 mod image;

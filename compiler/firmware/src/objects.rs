@@ -8,8 +8,9 @@ use whippen_arm::image::{Hint, Object};
 use whippen_deterministic::parallel;
 
 use super::boards::{Support, frame, shared};
-use super::code::{ProgramCode, is_split};
+use super::code::{ProgramCode, begins_later, is_split};
 use super::constants::constants;
+use super::emptying::{self, empties};
 use super::image::has_helper;
 use super::ports::Guards;
 use super::{CORES, FirmwareError, Instrument, Setup, drive_offset_bytes, keys_name};
@@ -27,7 +28,12 @@ pub fn objects(
     board: &Support,
 ) -> Result<Vec<Object>, FirmwareError> {
     let constants = constants(programs, setup, board)?;
-    let tunes = setup.tuning.is_some();
+    let called = Called {
+        programs: programs.len(),
+        begins: begins_later(programs, setup),
+        empties: empties(programs, setup),
+        tunes: setup.tuning.is_some(),
+    };
     let mut tables = tables(programs, instruments, setup, board);
     let period = setup.rate_hz.cycles_min(board.board.clock_hz);
     for core in programs.iter().flat_map(|program| &program.cores) {
@@ -59,11 +65,7 @@ pub fn objects(
         let mut own = constants.clone();
         own.extend(frame_constants(setup, board, core));
         let frame = assemble(&sources, &own, board.board.arch)?;
-        Ok(frame_of_core(
-            frame,
-            core,
-            (programs.len(), tunes, monitored),
-        ))
+        Ok(frame_of_core(frame, core, called))
     });
     let mut objects = assembled
         .into_iter()
@@ -127,8 +129,13 @@ fn tables(
     board: &Support,
 ) -> Vec<String> {
     let tuning = setup.tuning.as_ref();
-    let asks = (tuning.is_some(), setup.monitor.is_some());
-    let mut texts = vec![tables::assembly(programs, instruments, asks)];
+    let mut texts = vec![tables::assembly(programs, instruments, setup)];
+    if empties(programs, setup) {
+        for (number, program) in programs.iter().enumerate() {
+            let of_core = |core| emptying::table_as_assembly(core, number);
+            texts.extend(program.cores.iter().map(of_core));
+        }
+    }
     if setup.monitor.is_some() {
         texts.push(monitor::tables_as_assembly(
             programs,
@@ -163,7 +170,7 @@ fn tables(
 
 /// The frame of one core: its names and sections say so, and nobody else sees what is in it but the
 /// tick.
-fn frame_of_core(mut object: Object, core: usize, begins: (usize, bool, bool)) -> Object {
+fn frame_of_core(mut object: Object, core: usize, called: Called) -> Object {
     for section in &mut object.sections {
         let own = format!(".{}.frame", CORES[core]);
         section.name = section.name.replace(".frame", &own);
@@ -174,7 +181,7 @@ fn frame_of_core(mut object: Object, core: usize, begins: (usize, bool, bool)) -
             if let Hint::Targets { symbols, .. } = hint {
                 let all = symbols.iter();
                 *symbols = all
-                    .flat_map(|symbol| targets_of_core(symbol, core, begins))
+                    .flat_map(|symbol| targets_of_core(symbol, core, called))
                     .collect();
             }
         }
@@ -203,23 +210,30 @@ fn symbol_of_core(symbol: &str, core: usize) -> String {
     }
 }
 
-/// Where an indirect branch of the frame may go on a core, while there are so many programs,
-/// sensors are tuned, or not, and there is a monitor, or none.
-fn targets_of_core(
-    symbol: &str,
-    core: usize,
-    (programs, tunes, monitored): (usize, bool, bool),
-) -> Vec<String> {
+/// What the frame may call in place of the keys.
+#[derive(Debug, Clone, Copy)]
+struct Called {
+    programs: usize,
+    /// What begins a program after the start.
+    begins: bool,
+    /// What empties its lines.
+    empties: bool,
+    /// What tunes sensors.
+    tunes: bool,
+}
+
+/// Where an indirect branch of the frame may go on a core.
+fn targets_of_core(symbol: &str, core: usize, called: Called) -> Vec<String> {
     let of_all = |what: &str| -> Vec<String> {
         let name = |program| format!("{}_{what}", keys_name(core, program));
-        (0..programs).map(name).collect()
+        (0..called.programs).map(name).collect()
     };
     match symbol {
         "keys_tick" => of_all("tick"),
         "keys_begin" => of_all("begin"),
-        // With one program there is never another one that could begin, nor the same one anew.
-        "beginning" if programs == 1 && !tunes && !monitored => Vec::new(),
-        "watch" if !tunes => Vec::new(),
+        "beginning" if !called.begins => Vec::new(),
+        "emptying" if !called.empties => Vec::new(),
+        "watch" if !called.tunes => Vec::new(),
         other => vec![symbol_of_core(other, core)],
     }
 }

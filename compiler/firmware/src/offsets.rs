@@ -47,6 +47,8 @@ offsets! {
         WHERE = 80, "Its word on this core.";
         VALUE = 84, "The value.";
         CLIPPED = 88, "Samples of all keys together that were beyond full scale.";
+        PIECE = 92, "The piece of memory that is emptied.";
+        SLOT = 96, "How far it is; 0 where all are empty.";
     }
     /// Offsets in a key's guard (bytes).
     key_guard, "G_" {
@@ -68,6 +70,7 @@ offsets! {
         END = 28, "Behind the record of the last key.";
         READER = 32, "What the reader of its events knows.";
         SOUND = 36, "Where each key's samples are.";
+        LINES = 40, "The pieces of memory that are emptied before it begins.";
     }
     /// Offsets in what the reader of a zone's events knows (bytes).
     reader, "R_" {

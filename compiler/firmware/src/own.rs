@@ -27,6 +27,7 @@ const COUNTED: &[&str] = &[
     "monitor_events.s",
     "latch.s",
     "alarm.s",
+    "emptying.s",
     "tick.s",
     "v6m/tick.s",
 ];

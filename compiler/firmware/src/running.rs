@@ -75,6 +75,7 @@ pub const PARTS: &[(&str, &str)] = &[
     ("missed", "after a missed tick"),
     ("beginning", BEGINS),
     ("chain_to", BEGINS),
+    ("emptying", BEGINS),
     ("capture", "the monitor's capture"),
     ("linearise", "sensors through their calibration"),
     ("watch", "sensors that are tuned"),

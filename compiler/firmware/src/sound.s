@@ -96,18 +96,13 @@ clip:   ldr     r4, =FULL_SCALE
         .if     SUMS
 sum_sound:
         ldr     r5, [r4, #C_PROGRAM]
-        ldr     r5, [r5, #P_SOUND]
-        .if     PROGRAMS + TUNING > 1
+        .if     BEGINS
         ldr     r0, [r4, #C_CODE]
-        ldr     r1, =beginning
+        ldr     r1, [r5, #P_TICK]
         cmp     r0, r1
-        beq     2f                      @ keys that have not begun hold samples of another time
+        bne     2f                      @ keys that have not begun hold samples of another time
         .endif
-        .if     TUNING
-        ldr     r1, =watch
-        cmp     r0, r1
-        beq     2f
-        .endif
+        ldr     r5, [r5, #P_SOUND]
         movs    r0, #0
         movs    r1, #0
         .if     SOUND > 1

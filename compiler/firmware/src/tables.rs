@@ -4,18 +4,19 @@ use std::fmt::Write;
 
 use whippen_keyboard::{CoreId, ZoneId};
 
-use super::code::{CoreCode, ProgramCode, ZoneCode, is_split};
+use super::code::{CoreCode, ProgramCode, ZoneCode, begins_anew, is_split};
+use super::emptying::{empties, lines_table_name};
 use super::sound::{channels, sound_table_name};
-use super::{CORES, Instrument, zone_name};
+use super::{CORES, Instrument, Setup, zone_name};
 
 /// Ends the name of a program's second descriptor.
 const ANEW: &str = "_anew";
 
-/// The tables as assembly, with those that are needed where sensors are tuned, and where there is a
-/// monitor.
+/// The tables as assembly.
 ///
 /// ```text
-///   programs            how many, then of each the descriptors for each core; for a monitor all of them a second time, by which one begins anew
+///   programs            how many, then of each the descriptors for each core; where one may begin anew all of them a second time, by which it does
+///   linesN_coreM        the pieces of memory that are emptied before it begins (`emptying`)
 ///   programN_coreM      a descriptor: the offsets P_.. name its words; with zones the first record is a table (`zones`)
 ///   tuning_coreM        one for the time in which sensors are tuned
 ///   lives               how many of all programs, then words on core 0 and core 1 (0 for none; or on the only core, twice), lowest and highest value of each
@@ -25,7 +26,7 @@ const ANEW: &str = "_anew";
 pub(super) fn assembly(
     programs: &[ProgramCode],
     instruments: &[Instrument],
-    (tunes, monitored): (bool, bool),
+    setup: &Setup,
 ) -> String {
     let mut text = String::from(
         "        .section .rodata.tables, \"a\"\n        .balign 4\n        .global programs, lives\n",
@@ -33,8 +34,11 @@ pub(super) fn assembly(
     let mut line = |words: &str| {
         let _ = writeln!(text, "{words}");
     };
-    let (split, channels) = (is_split(programs), channels(programs));
-    let times: &[&str] = if monitored { &["", ANEW] } else { &[""] };
+    let split = is_split(programs);
+    let times: &[&str] = match begins_anew(programs, setup) {
+        true => &["", ANEW],
+        false => &[""],
+    };
     line(&format!("programs: .word {}", times.len() * programs.len()));
     for again in times {
         for (number, program) in programs.iter().enumerate() {
@@ -51,26 +55,25 @@ pub(super) fn assembly(
         line(&format!(
             "        .section .rodata.near.{name}.programs, \"a\"\n        .balign 4"
         ));
-        let sounds = (split, channels > 0);
+        let has = Descriptor {
+            split,
+            sound: channels(programs) > 0,
+            lines: empties(programs, setup),
+        };
         for again in times {
             for (number, program) in programs.iter().enumerate() {
                 let label = format!("program{number}_core{core}{again}");
-                line(&descriptor(
-                    &label,
-                    program.core(core),
-                    (number, core),
-                    sounds,
-                ));
+                line(&descriptor(&label, program.core(core), (number, core), has));
             }
         }
         // While sensors are tuned, what belongs to a program is the first one's.
-        if tunes {
+        if setup.tuning.is_some() {
             let first = programs[0].core(core);
             line(&descriptor(
                 &format!("tuning_{name}"),
                 first,
                 (0, core),
-                sounds,
+                has,
             ));
         }
     }
@@ -150,14 +153,25 @@ fn live_parameters(programs: &[ProgramCode], instruments: &[Instrument]) -> Vec<
     all
 }
 
+/// What a descriptor has.
+#[derive(Debug, Clone, Copy)]
+struct Descriptor {
+    /// A table of records in place of where the first one is.
+    split: bool,
+    /// The table of samples.
+    sound: bool,
+    /// The table of lines.
+    lines: bool,
+}
+
 fn descriptor(
     label: &str,
     code: &CoreCode,
     (number, core): (usize, CoreId),
-    (split, has_sound): (bool, bool),
+    has: Descriptor,
 ) -> String {
     let (name, layout) = (&code.name, code.zones[0].layout());
-    let places = if split {
+    let places = if has.split {
         format!("{name}_records, 0, 0")
     } else {
         let (gains, records) = (layout.gain(0).unwrap_or(4), layout.record(0));
@@ -168,13 +182,17 @@ fn descriptor(
         "        .global {label}
 {label}: .word {block}, {name}_state, {name}_init, {name}_tick, {name}_begin
         .word   {places}
-        .word   {reader}{sound}",
+        .word   {reader}{sound}{lines}",
         block = CORES[core.index()],
         reader = reader_name(number, core, 0),
-        sound = if has_sound {
-            format!(", {}", sound_table_name(number, core.index()))
-        } else {
-            String::new()
+        sound = match has.sound {
+            true => format!(", {}", sound_table_name(number, core.index())),
+            false if has.lines => ", 0".to_string(),
+            false => String::new(),
+        },
+        lines = match has.lines {
+            true => format!(", {}", lines_table_name(number, core.index())),
+            false => String::new(),
         },
     )
 }

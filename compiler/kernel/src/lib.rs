@@ -258,6 +258,13 @@ pub struct Line {
     pub range: Range,
 }
 
+impl Line {
+    /// What every slot holds before `init`: the value that is nearest to 0.
+    pub fn first_value(&self) -> i64 {
+        0.clamp(self.range.low, self.range.high)
+    }
+}
+
 /// Constants in rows of equal length.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Table {
@@ -347,6 +354,16 @@ impl Kernel {
         let cells = self.cells.iter().enumerate();
         let of_channels = cells.filter(|(_, cell)| cell.name.ends_with(CHANNEL));
         of_channels.map(|(at, _)| at).collect()
+    }
+
+    /// The lines that `init` does not fill: [`Line::first_value`] is all that they hold at first.
+    pub fn unfilled_lines(&self) -> Vec<usize> {
+        let is_filled = |line: usize| {
+            let mut insts = self.init.insts.iter();
+            insts.any(|inst| matches!(inst.op, Op::Fill(of) if of as usize == line))
+        };
+        let lines = 0..self.lines.len();
+        lines.filter(|line| !is_filled(*line)).collect()
     }
 }
 

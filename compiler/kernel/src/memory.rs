@@ -142,7 +142,7 @@ impl Memory {
             }
         }
         for (line, place) in kernel.lines.iter().zip(self.layout.lines.clone()) {
-            let value = 0.clamp(line.range.low, line.range.high);
+            let value = line.first_value();
             let all = place.start..place.start + place.len * self.layout.keys;
             if place.narrow {
                 self.narrow[all].fill(value as u16)

@@ -54,7 +54,7 @@ impl Fresh {
                     at: base + bytes * place.start as u32,
                     elements: (place.len * memory.keys()) as u32,
                     narrow: place.narrow,
-                    value: 0.clamp(line.range.low, line.range.high) as i32,
+                    value: line.first_value() as i32,
                 }
             });
         Fresh {

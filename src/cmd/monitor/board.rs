@@ -1,6 +1,8 @@
 //! What is known of the image on a board, because its program is at hand: names, places, units.
 
-use whippen_compiler::firmware::{CoreCode, FirmwareImage, ZoneCode, monitor_identity};
+use whippen_compiler::firmware::{
+    CoreCode, FirmwareImage, ProgramCode, ZoneCode, monitor_identity,
+};
 use whippen_compiler::keyboard::{CoreId, InstrumentId, ProgramId};
 use whippen_compiler::pipeline::Compiled;
 use whippen_compiler::units::{shown, unit_suffix};
@@ -92,6 +94,11 @@ impl<'a> KnownBoard<'a> {
     /// How many programs there are.
     pub fn programs(&self) -> u32 {
         self.image.programs.len() as u32
+    }
+
+    /// Whether a program that plays can begin anew.
+    pub fn begins_anew(&self) -> bool {
+        !self.image.programs.iter().any(ProgramCode::is_in_parts)
     }
 
     /// The name of a program that plays, anew or not.

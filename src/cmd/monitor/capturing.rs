@@ -112,6 +112,12 @@ impl CaptureArgs {
         let ticks = ((self.seconds * rate_hz).ceil() as u32).max(2);
         let first = &keys[0].1;
         let (trigger, begins) = self.trigger(known.instrument(first), first)?;
+        if begins && !known.begins_anew() {
+            return Err(Failure::Usage(
+                "--trigger begin: an instrument in parts begins once, when the board starts"
+                    .to_string(),
+            ));
+        }
         let waits = !matches!(trigger, Trigger::Now);
         let before = if waits { self.before } else { 0.0 };
         let after = (f64::from(ticks) * (1.0 - before)) as u32;

@@ -113,7 +113,7 @@ pub(super) fn memory(kernel: &Kernel, layout: &StateLayout) -> [Memory; 2] {
         &mut state
     };
     for (line, place) in kernel.lines.iter().zip(&layout.lines) {
-        let value = 0.clamp(line.range.low, line.range.high);
+        let value = line.first_value();
         let slot = 1 << place.log2();
         for at in (place.at..place.at + place.row * place.len).step_by(slot) {
             lines.put(at, &value.to_le_bytes()[..slot]);

@@ -46,7 +46,7 @@ tick:   push    {r4-r7, lr}
         ldr     r0, [r4, #C_STATE]
         str     r1, [r4, #C_ROW]
         .endif
-@! targets keys_tick beginning watch
+@! targets keys_tick beginning emptying watch
         blx     r3                      @ keeps no register
         bl      board_end
         ldr     r4, =block
