@@ -103,20 +103,26 @@ impl Machine<'_> {
                 0 => Ok((n, None)),
                 1..=31 => shift(terms, n, kind, by),
                 _ if kind == ShiftType::ASR => shift(terms, n, kind, 32),
-                _ if inst.s => unproven("a shift that leaves nothing"),
-                _ => Ok((terms.constant(0), None)),
+                _ => {
+                    self.forget_carry(inst);
+                    Ok((terms.constant(0), None))
+                }
             };
         }
-        if inst.s {
-            // The carry is not known; whoever asks for it is not followed.
-            (self.flags.carry, self.flags.unsigned) = (None, None);
-        }
+        self.forget_carry(inst);
         let function = match inst.op() {
             Op::LSL_register => Function::ShiftLeft,
             Op::LSR_register => Function::ShiftRight,
             _ => Function::ShiftRightSigned,
         };
         Ok((terms.apply(function, vec![n, m]), None))
+    }
+
+    /// The carry of a shift is not known; whoever asks for it is not followed.
+    fn forget_carry(&mut self, inst: &Inst) {
+        if inst.s {
+            (self.flags.carry, self.flags.unsigned) = (None, None);
+        }
     }
 
     fn is_register(inst: &Inst) -> bool {

@@ -41,6 +41,8 @@ impl Function {
                 (2 * p + q).div_euclid(2 * q)
             }
             Function::SquareRoot => a.max(0).isqrt(),
+            // Addresses are no numbers.
+            Function::Held => return None,
         })
     }
 }

@@ -5,7 +5,7 @@ use whippen_kernel::{Inst, Op, Range, Type, Value};
 use crate::around::histories;
 use crate::bounds::Interval;
 use crate::kernel::{KernelRun, Number};
-use crate::stop::{Reason, Told, unproven, unproven_as};
+use crate::stop::{Told, unproven};
 use crate::term::{Base, Kind, Term, Terms};
 use crate::truth::Truth;
 
@@ -95,13 +95,10 @@ impl KernelRun<'_> {
                 self.fill(t, line, value)
             }
             Op::Emit(event) => self.emit(t, event, &inst.args),
+            Op::Wave(slopes, rates) => self.wave(t, inst, [slopes, rates]),
             _ => {
                 let name = inst.op.row().name;
-                let reason = match inst.op {
-                    Op::Wave(..) => Reason::Strings,
-                    _ => Reason::Code,
-                };
-                unproven_as(reason, format!("the operator `{name}` is not followed"))
+                unproven(format!("the operator `{name}` is not followed"))
             }
         }
     }
@@ -141,7 +138,7 @@ impl KernelRun<'_> {
     }
 
     /// The address of a word of a cell.
-    fn place(&mut self, terms: &mut Terms, cell: u32, index: Term) -> Told<Term> {
+    pub(crate) fn place(&mut self, terms: &mut Terms, cell: u32, index: Term) -> Told<Term> {
         let size = match self.question.modes.kernel.cells[cell as usize].ty {
             Type::I64 => 8,
             _ => 4,

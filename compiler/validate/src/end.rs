@@ -62,7 +62,7 @@ fn run_end(question: &Question, terms: &mut Terms, taken: i128) -> Told<Vec<u32>
         let why = "it does not leave the stack as it was";
         return differ(terms, wanted, found, why);
     }
-    let found = machine.memory.changed(terms)?;
+    let found = machine.memory.changes(terms)?;
     compare_memory(question, terms, &own, &found)?;
     Ok(machine.looked_at)
 }

@@ -13,7 +13,7 @@ use crate::contract;
 use crate::end::check_end;
 use crate::kernel::run_shared;
 use crate::machine::Machine;
-use crate::memory::{Address, Held, Memory};
+use crate::memory::{Address, Changes, Held, Memory};
 use crate::places::Question;
 use crate::stop::{Doubt, Reason, Stop, Told, unproven};
 use crate::term::{Base, Kind, Term, Terms};
@@ -300,11 +300,11 @@ fn at_first_key(
 }
 
 /// What the entry leaves in memory, but for its own part of the stack and words of all keys.
-fn left_to_others(question: &Question, terms: &mut Terms, memory: &Memory) -> Told<Vec<Held>> {
+fn left_to_others(question: &Question, terms: &mut Terms, memory: &Memory) -> Told<Changes> {
     let [state, stack] = [Base::State, Base::Stack].map(|base| terms.of(Kind::Base(base)));
     let of_shared: BTreeSet<u32> = shared_places(question).copied().collect();
-    let mut found = memory.changed(terms)?;
-    found.retain(|held| {
+    let mut found = memory.changes(terms)?;
+    found.apart.retain(|held| {
         let Address { moving, at } = held.address;
         let is_shared = u32::try_from(at).is_ok_and(|at| of_shared.contains(&at));
         !(moving == stack && at < 0 || moving == state && is_shared && held.bytes == 4)

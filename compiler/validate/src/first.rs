@@ -3,9 +3,7 @@
 //! Not here: numbers, gains and constants of keys, and the values that a key's code finds in live
 //! ones, which are in their range.
 
-use std::collections::BTreeSet;
-
-use whippen_kernel::{Op, Type};
+use whippen_kernel::Type;
 
 use crate::places::Question;
 use crate::stop::{Doubt, Reason};
@@ -22,18 +20,6 @@ impl Question<'_> {
             (*at, number.repeat(cell.len as usize))
         });
         cells.collect()
-    }
-
-    /// The lines that `init` does not fill.
-    pub(crate) fn unfilled(&self) -> Vec<usize> {
-        let kernel = &self.modes.kernel;
-        let filled = kernel.init.insts.iter().filter_map(|inst| match inst.op {
-            Op::Fill(line) => Some(line as usize),
-            _ => None,
-        });
-        let filled: BTreeSet<usize> = filled.collect();
-        let lines = 0..kernel.lines.len();
-        lines.filter(|line| !filled.contains(line)).collect()
     }
 
     /// Whether the state and histories are as the Kernel says: the code of each record is that of
@@ -85,9 +71,9 @@ impl Question<'_> {
             Some(at) => self.first(at)?,
             None => self.symbols.state,
         };
-        for line in self.unfilled() {
+        for line in self.modes.kernel.unfilled_lines() {
             let (place, line) = (&self.places.lines[line], &self.modes.kernel.lines[line]);
-            let value = 0.clamp(line.range.low, line.range.high) as u32;
+            let value = line.first_value() as u32;
             for row in 0..place.len {
                 for key in 0..self.places.keys {
                     let at = place.at + row * place.row + key * u32::from(place.bytes());

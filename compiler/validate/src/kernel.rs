@@ -343,7 +343,7 @@ fn wrapping(t: &mut Terms, op: Op, a: Term, b: Term) -> Told<Option<Term>> {
 }
 
 /// `floor(term / 2^n + 1/2)`
-fn round(terms: &mut Terms, term: Term, n: u32) -> Told<Term> {
+pub(crate) fn round(terms: &mut Terms, term: Term, n: u32) -> Told<Term> {
     let half = terms.plus(term, 1 << n >> 1)?;
     terms.floor(half, n)
 }

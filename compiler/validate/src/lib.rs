@@ -57,6 +57,7 @@ mod room;
 mod sample;
 mod show;
 mod stop;
+mod strings;
 mod term;
 #[cfg(test)]
 mod tests;
@@ -199,10 +200,7 @@ pub fn validate(question: &Question) -> Report {
 pub fn validate_routine(question: &Question, routine: Routine) -> Verdict {
     match show_routine(question, routine) {
         Err(verdict) => verdict,
-        Ok(shown) => match routine_falls_short(question, routine) {
-            Some(doubt) => Verdict::of(doubt),
-            None => Verdict::Validated { cases: shown.cases },
-        },
+        Ok(shown) => Verdict::Validated { cases: shown.cases },
     }
 }
 
@@ -216,15 +214,6 @@ fn show_routine(question: &Question, routine: Routine) -> Result<Shown, Verdict>
         let refuted = refute_routine(question, &mut terms, routine);
         refuted.map_or_else(|| Verdict::of(doubt), |why| Verdict::Refuted { why })
     })
-}
-
-/// By the Kernel every slot of a line holds the value that is nearest to 0 before `init`; what one
-/// key has pushed is left by `begin`, unless the Kernel's `init` fills the line.
-fn routine_falls_short(question: &Question, routine: Routine) -> Option<Doubt> {
-    let line = question.unfilled().into_iter().next()?;
-    let name = &question.modes.kernel.lines[line].name;
-    let why = format!("line `{name}` keeps what was pushed before");
-    (routine == Routine::Begin).then(|| Doubt::new(Reason::Values, why))
 }
 
 /// The tick's entry, and each word that it computes.

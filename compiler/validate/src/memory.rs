@@ -1,7 +1,12 @@
 //! Memory as what was stored, by address: a base, what is added to it, and a constant.
+//!
+//! Where it is not known whether a place is one that was stored to, as with an index into a string
+//! whose points have all moved, what it holds is a function of all stores that may be there, in
+//! their order. Two stores that certainly do not meet may change places, so they are sorted; the
+//! same stores make the same function, whichever way code and Kernel came to them.
 
 use crate::stop::{Reason, Told, unproven_as};
-use crate::term::{Atom, Kind, Sum, Term, Terms};
+use crate::term::{Atom, Function, Kind, Sum, Term, Terms};
 use crate::truth::Truth;
 
 /// An address: without its constant, and that.
@@ -23,6 +28,17 @@ pub(crate) struct Held {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Memory {
     pub held: Vec<Held>,
+    /// Whether some of these may lie where another one does.
+    meets: bool,
+}
+
+/// What is there that was not there at the beginning.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Changes {
+    /// What meets nothing else, by address.
+    pub apart: Vec<Held>,
+    /// What may meet others of these, in order.
+    pub ordered: Vec<Held>,
 }
 
 /// How two accesses lie to each other.
@@ -84,17 +100,30 @@ impl Memory {
     /// What an address holds, as so many bytes: words are signed, others are not.
     pub fn load(&self, terms: &mut Terms, address: Term, bytes: u8) -> Told<Term> {
         let place = terms.address(address);
+        let (mut below, mut over) = (None, Vec::new());
         for held in self.held.iter().rev() {
             match terms.meeting((place, bytes), (held.address, held.bytes))? {
-                Meeting::Same => return Ok(held.value),
-                Meeting::Apart => {}
-                Meeting::Unknown => {
-                    let why = "a load that may meet another store";
-                    return unproven_as(Reason::Places, why);
+                Meeting::Same => {
+                    below = Some(held.value);
+                    break;
                 }
+                Meeting::Apart => {}
+                Meeting::Unknown => over.push(*held),
             }
         }
-        Ok(terms.unread(address, bytes))
+        let below = below.unwrap_or_else(|| terms.unread(address, bytes));
+        if over.is_empty() {
+            return Ok(below);
+        }
+        if bytes != 4 || over.iter().any(|held| held.bytes != 4) {
+            return unproven_as(Reason::Places, "a load that may meet another store");
+        }
+        over.reverse();
+        let mut args = vec![address, below];
+        for held in in_order(terms, over)? {
+            args.extend([terms.of_address(held.address)?, held.value]);
+        }
+        Ok(terms.apply(Function::Held, args))
     }
 
     /// Stores a value where something holds.
@@ -125,8 +154,8 @@ impl Memory {
                 Meeting::Same => {}
                 Meeting::Apart => kept.push(*held),
                 Meeting::Unknown => {
-                    let why = "a store that may meet another one";
-                    return unproven_as(Reason::Places, why);
+                    kept.push(*held);
+                    self.meets = true;
                 }
             }
         }
@@ -139,17 +168,53 @@ impl Memory {
         Ok(())
     }
 
-    /// What is there that was not there at the beginning, by address.
-    pub fn changed(&self, terms: &mut Terms) -> Told<Vec<Held>> {
-        let mut all = Vec::new();
-        for held in &self.held {
+    /// What is there that was not there at the beginning.
+    pub fn changes(&self, terms: &mut Terms) -> Told<Changes> {
+        let mut all = Changes::default();
+        let mut meeting = Vec::new();
+        for (at, held) in self.held.iter().enumerate() {
+            if self.meets && self.meets_another(terms, at)? {
+                meeting.push(*held);
+                continue;
+            }
             let address = terms.of_address(held.address)?;
             let old = terms.unread(address, held.bytes);
             if held.value != old {
-                all.push(*held);
+                all.apart.push(*held);
             }
         }
-        all.sort_by_key(|held| (held.address, held.bytes));
+        all.apart.sort_by_key(|held| (held.address, held.bytes));
+        all.ordered = in_order(terms, meeting)?;
         Ok(all)
     }
+
+    fn meets_another(&self, terms: &mut Terms, at: usize) -> Told<bool> {
+        let own = self.held[at];
+        for (other, held) in self.held.iter().enumerate() {
+            let places = [own, *held].map(|held| (held.address, held.bytes));
+            if other != at && terms.meeting(places[0], places[1])? != Meeting::Apart {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// Stores in an order that does not depend on which of two came first that do not meet.
+fn in_order(terms: &mut Terms, stores: Vec<Held>) -> Told<Vec<Held>> {
+    let mut ordered: Vec<Held> = Vec::with_capacity(stores.len());
+    for held in stores {
+        let mut at = ordered.len();
+        while let Some(before) = at.checked_sub(1).map(|at| ordered[at])
+            && held.address < before.address
+        {
+            let places = [held, before].map(|held| (held.address, held.bytes));
+            if terms.meeting(places[0], places[1])? != Meeting::Apart {
+                break;
+            }
+            at -= 1;
+        }
+        ordered.insert(at, held);
+    }
+    Ok(ordered)
 }

@@ -24,7 +24,7 @@ use crate::check::{
 use crate::entry;
 use crate::kernel::{KeyAt, run_init};
 use crate::machine::{Machine, RunEnd};
-use crate::memory::{Held, Memory};
+use crate::memory::{Changes, Memory};
 use crate::places::Question;
 use crate::stop::{Doubt, Told, unproven};
 use crate::term::{Base, Kind, Term, Terms};
@@ -187,10 +187,10 @@ fn returned(terms: &mut Terms, machine: &Machine, [to, back]: [Term; 2]) -> Told
 
 /// What is in memory otherwise than it was, but for the stack below what is the caller's or, by so
 /// many bytes, the routine's own.
-fn left_to_others(terms: &mut Terms, memory: &Memory, kept: i128) -> Told<Vec<Held>> {
+fn left_to_others(terms: &mut Terms, memory: &Memory, kept: i128) -> Told<Changes> {
     let stack = terms.of(Kind::Base(Base::Stack));
-    let mut found = memory.changed(terms)?;
-    found.retain(|held| {
+    let mut found = memory.changes(terms)?;
+    found.apart.retain(|held| {
         let end = held.address.at + i128::from(held.bytes);
         held.address.moving != stack || end > -kept
     });

@@ -105,5 +105,6 @@ fn name(function: Function) -> String {
         Function::ShiftRightSigned => "asr".to_string(),
         Function::DivideRound(n) => format!("div_round{n}"),
         Function::SquareRoot => "sqrt".to_string(),
+        Function::Held => "held".to_string(),
     }
 }

@@ -9,8 +9,6 @@ use crate::truth::Variable;
 pub enum Reason {
     /// A value that differs has a quotient or a root in it, which two ways of dividing give.
     Divisions,
-    /// Strings: the operator `wave`.
-    Strings,
     /// Two values that could not be shown to be one.
     Values,
     /// Places in memory of which it is not known whether they are one.
@@ -28,7 +26,6 @@ impl Reason {
     pub fn name(self) -> &'static str {
         match self {
             Reason::Divisions => "divisions",
-            Reason::Strings => "strings",
             Reason::Values => "values",
             Reason::Places => "places",
             Reason::Code => "code",

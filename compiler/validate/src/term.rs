@@ -54,6 +54,9 @@ pub(crate) enum Function {
     /// The operators of the Kernel that no instruction has.
     DivideRound(u8),
     SquareRoot,
+    /// The word at an address: the last of these stores, an address and a word each, that is there,
+    /// else the word below them. Address, word below, then the stores.
+    Held,
 }
 
 /// What an atom is.
@@ -121,6 +124,11 @@ pub(crate) fn too_large() -> Stop {
 }
 
 impl Terms {
+    /// How many terms there are.
+    pub fn count(&self) -> usize {
+        self.sums.len()
+    }
+
     pub fn intern(&mut self, sum: Sum) -> Term {
         if let Some(term) = self.terms.get(&sum) {
             return *term;

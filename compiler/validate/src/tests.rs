@@ -4,6 +4,7 @@
 mod meaning;
 mod proven;
 mod routines;
+mod strings;
 
 use whippen_deterministic::Rng;
 use whippen_kernel::{Range, Type};
