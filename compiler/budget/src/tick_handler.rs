@@ -237,6 +237,11 @@ impl<'a> OnCore<'a> {
             .map(|zone| u64::from(zone.keys()) * zone.tick.key_cycles_max())
             .sum::<u64>()
             + cut.as_ref().map_or(0, CutBound::own_cycles_max);
+        // The longest way may be one on which no key plays.
+        let keys_cycles = match handled.path.iter().any(|step| step.address == calls.tick) {
+            true => keys_cycles,
+            false => 0,
+        };
         let of_handler = calls.parts(self.program, &handled.path, keys_cycles);
         let mut parts = self.list_parts(&around, of_handler);
         let own = keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>();
