@@ -8,14 +8,24 @@ mod tests;
 
 use std::collections::BTreeSet;
 
-use whippen_isa::ItState;
 use whippen_isa::timing::Pipe;
+use whippen_isa::{ItState, reg};
 
-use crate::facts::Facts;
+use crate::elf::not_apart;
+use crate::facts::{ALL, Facts, Interval, holds};
+use crate::legs::HELPER;
 use crate::place::Place;
 
 /// The first line.
 const HEADER: &str = "whippen-certificate 1";
+
+/// Cycles of one access, fetch or wait at most: far more than any takes, and so few that those of
+/// an instruction's words, each with all that it may wait for, are a number of 16 bits.
+const WORD_CYCLES: u16 = 255;
+
+/// Cycles of a function at most: far more than any deadline, and so few that sums of them are
+/// numbers of 64 bits.
+pub(crate) const CYCLES: u64 = 1 << 40;
 
 /// A memory: where it lies, and how long an access and a fetch take (0: nobody can say).
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -276,29 +286,10 @@ fn distinct<T: Ord>(all: impl Iterator<Item = T>) -> bool {
 }
 
 impl Certificate {
-    /// That nothing is said twice, memories and buses lie apart, a DMA uses one of these, and every
-    /// core has a frame for every program.
+    /// That nothing is said twice, memories and buses lie apart, a DMA uses one of these, every core
+    /// has a frame for every program, and numbers are such that sums of them are.
     pub(crate) fn is_well_formed(&self) -> Result<(), &'static str> {
-        let memories = self.memories.iter().map(|own| (own.base, own.size));
-        let mut ranges: Vec<_> = memories
-            .chain(self.buses.iter().map(|b| (b.base, b.size)))
-            .collect();
-        ranges.sort_unstable();
-        if ranges
-            .windows(2)
-            .any(|pair| pair[1].0 - pair[0].0 < pair[0].1)
-        {
-            return Err("memories or buses overlap");
-        }
-        let is_bridge = |base| self.buses.iter().any(|bus| bus.base == base);
-        if self.dma.is_some_and(|dma| !is_bridge(dma.bus)) {
-            return Err("a DMA is behind a bridge that is none");
-        }
-        if let Some(other) = &self.neighbour
-            && (!is_bridge(other.bus) || other.waits.len() != self.cores as usize)
-        {
-            return Err("cores meet at a bridge that is none, or others than there are");
-        }
+        self.has_board()?;
         let targets = self
             .targets
             .iter()
@@ -322,9 +313,50 @@ impl Certificate {
         if programs == 0 || !frames.eq(wanted) {
             return Err("not every core has a frame for every program");
         }
+        // Where its stack ends stands in its vectors.
+        let vectors = self.frames.iter().map(|own| (own.core, own.vectors));
+        let helping = self.frames.iter().filter_map(|own| own.helper.as_ref());
+        let mut vectors = vectors.chain(helping.map(|own| (HELPER, own.vectors)));
+        if vectors.any(|(core, at)| self.vectors(core) != Some(at)) {
+            return Err("a core has two tables of vectors");
+        }
         match self.functions().all(Function::is_well_formed) {
             true => Ok(()),
-            false => Err("a function says something twice, or nothing of where it ends"),
+            false => Err("a function says something twice, or what cannot be"),
+        }
+    }
+
+    /// Of what is claimed of the board.
+    fn has_board(&self) -> Result<(), &'static str> {
+        let memories = self.memories.iter().map(|own| (own.base, own.size));
+        let buses = self.buses.iter().map(|own| (own.base, own.size));
+        if not_apart(memories.chain(buses)).is_some() {
+            return Err("memories or buses overlap, or go beyond all addresses");
+        }
+        if !self.memories.iter().all(Memory::has_banks) {
+            return Err("a memory has no banks for all of its words");
+        }
+        let of_memories = self.memories.iter().flat_map(|own| [own.access, own.fetch]);
+        let of_buses = self.buses.iter().flat_map(|own| [own.read, own.write]);
+        let of_dma = self.dma.iter().map(|own| own.wait);
+        let of_neighbour = self.neighbour.iter().flat_map(|own| own.waits.clone());
+        let mut waits = of_memories
+            .chain(of_buses)
+            .chain(of_dma)
+            .chain(of_neighbour);
+        if waits.any(|cycles| cycles > WORD_CYCLES) {
+            return Err("a word takes more cycles than any does");
+        }
+        let is_bridge = |base| self.buses.iter().any(|bus| bus.base == base);
+        if self.dma.is_some_and(|dma| !is_bridge(dma.bus)) {
+            return Err("a DMA is behind a bridge that is none");
+        }
+        match &self.neighbour {
+            Some(other) if !is_bridge(other.bus) || other.waits.len() != self.cores as usize => {
+                Err("cores meet at a bridge that is none, or others than there are")
+            }
+            _ if self.cores > 2 => Err("there are more cores than sections are named after"),
+            _ => Ok(()),
         }
     }
 
@@ -346,8 +378,23 @@ impl Certificate {
     }
 }
 
+impl Memory {
+    /// Whether each of its words lies in a bank; where nobody knows a time nobody asks.
+    fn has_banks(&self) -> bool {
+        let count = self.banks.len() as u32;
+        let whole = self.striped || self.size.checked_rem(count) == Some(0);
+        let known = count > 0 && whole && self.banks.iter().all(|bank| *bank < 32);
+        known || self.access == 0 && self.fetch == 0
+    }
+}
+
 impl Function {
     fn is_well_formed(&self) -> bool {
+        // Where SP and PC are follows from the code.
+        let holds_words = |register: u8| register < 15 && register != reg::SP;
+        let entered = |(register, [low, high]): &(u8, Interval)| {
+            holds_words(*register) && low <= high && holds(ALL, [*low, *high])
+        };
         distinct(self.entered.iter().map(|(register, _)| register))
             && distinct(self.bases.iter().map(|(register, _)| register))
             && distinct(self.loops.iter().map(|(head, _)| head))
@@ -355,6 +402,11 @@ impl Function {
             && distinct(self.calls.iter().map(|call| (call.site, call.callee)))
             && distinct(self.pieces.iter().map(|piece| piece.entry))
             && self.until.is_some() == (self.kind == Kind::Until)
+            && self.entered.iter().all(entered)
+            && self.bases.iter().all(|(register, _)| holds_words(*register))
+            // Whoever enters a loop is in a round.
+            && self.loops.iter().all(|(_, rounds)| *rounds > 0)
+            && self.pieces.iter().all(|piece| piece.cycles <= CYCLES)
     }
 }
 

@@ -88,7 +88,7 @@ fn entries<const N: usize>(
 
 /// The number of the first range of addresses that goes beyond the address space, or into the one
 /// behind it; empty ones lie anywhere.
-fn not_apart(ranges: impl Iterator<Item = (u32, u32)>) -> Option<usize> {
+pub(crate) fn not_apart(ranges: impl Iterator<Item = (u32, u32)>) -> Option<usize> {
     let mut all: Vec<_> = ranges.enumerate().filter(|(_, own)| own.1 > 0).collect();
     all.sort_by_key(|(_, (base, _))| *base);
     let next = all.iter().skip(1).map(|(_, (base, _))| *base);

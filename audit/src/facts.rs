@@ -111,6 +111,12 @@ impl Facts {
         value[0] <= value[1]
     }
 
+    /// Whether words are possible at all.
+    pub(crate) fn is_possible(&self) -> bool {
+        let possible = |own: &Interval| own[0] <= own[1] && holds(ALL, *own);
+        self.values.iter().all(possible)
+    }
+
     /// Whether all that is claimed here holds where the other does.
     pub fn covers(&self, other: &Self) -> bool {
         let mut images = vec![NONE; self.values.len()];

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use whippen_isa::timing::{Core, Evidence};
 
 use crate::Refusal;
-use crate::certificate::{Call, Certificate, Frame, Function, Kind};
+use crate::certificate::{CYCLES, Call, Certificate, Frame, Function, Kind};
 use crate::facts::Facts;
 use crate::legs::{HELPER, Meetings};
 use crate::memory::Around;
@@ -102,6 +102,7 @@ pub fn costs(
             }
             _ => callee.and_then(|callee| cost(callee, keys)),
         };
+        let known = known.filter(|cost| cost.cycles <= CYCLES);
         let why = "costs what no function before it does";
         known.map(Some).ok_or_else(|| Refusal::at(call.site, why))
     };
@@ -278,7 +279,8 @@ fn no_other(
     // The first two words are not used after the start.
     let mut found = handler.is_none();
     for at in (vectors..end).step_by(4).skip(2) {
-        let vector = around.elf.word(at).unwrap_or(1) & !1;
+        let vector = around.elf.word(at);
+        let vector = vector.ok_or_else(|| Refusal::at(at, "is a part of a vector"))? & !1;
         let handles = Some(vector) == handler;
         found |= handles;
         if vector != 0 && !handles && vector != certificate.dead {

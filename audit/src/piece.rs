@@ -194,12 +194,11 @@ impl<'a> Check<'a> {
             true => Ok(number),
             false => Err(Refusal::at(at, "names an entry that is not there")),
         };
-        let mut used = [
-            BTreeSet::new(),
-            BTreeSet::new(),
-            BTreeSet::new(),
-            BTreeSet::new(),
-        ];
+        let places = piece.places.iter().all(Place::is_possible);
+        if !places || !piece.facts.iter().all(Facts::is_possible) {
+            return Err(Refusal::at(at, "claims a stack or words that cannot be"));
+        }
+        let mut used: [BTreeSet<u32>; 4] = Default::default();
         used[0].insert(named(piece.place, piece.places.len())?);
         for point in &piece.points {
             used[0].insert(named(point.place, piece.places.len())?);

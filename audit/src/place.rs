@@ -4,9 +4,15 @@
 #[cfg(test)]
 mod tests;
 
+use std::ops::RangeInclusive;
+
 use whippen_isa::{Class, Inst, Op, RegSet, ShiftType, reg};
 
 use crate::access::{is_store, words};
+
+/// Where the stack pointer may be, in bytes from where it was when the function was entered: what
+/// is above that is the caller's. No stack is that large.
+const STACK: RangeInclusive<i32> = -(1 << 24)..=0;
 
 /// What a register or a slot holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -34,6 +40,12 @@ impl Place {
         let mut place = Self::default();
         place.registers[usize::from(reg::LR)] = Some(Tag::Return(0, 0));
         place
+    }
+
+    /// Whether there is such a stack: everything in it lies below its caller's.
+    pub(crate) fn is_possible(&self) -> bool {
+        let slots = self.slots.iter().all(|(at, _)| STACK.contains(at));
+        STACK.contains(&self.sp) && slots
     }
 
     /// What a register holds.
@@ -75,9 +87,10 @@ impl Place {
             // It is rounded down to a word.
             let moved = moved(inst).filter(|moved| moved % 4 == 0);
             let moved = moved.ok_or("moves the stack pointer nobody knows where")?;
-            self.sp = sp
-                .checked_add(moved)
-                .ok_or("moves the stack pointer too far")?;
+            self.sp = sp + moved;
+            if !self.is_possible() {
+                return Err("moves the stack pointer out of its stack");
+            }
         }
         self.store(inst, sp, &before)?;
         let sp = self.sp;

@@ -141,8 +141,8 @@ impl Stepper<'_> {
 
     fn decode(&self, node: Node) -> Result<Inst, Refusal> {
         let at = node.at;
-        self.around.is_own_code(at)?;
         let half = |at| {
+            self.around.is_own_code(at)?;
             self.elf()
                 .half(at)
                 .ok_or_else(|| Refusal::at(at, "is no code"))

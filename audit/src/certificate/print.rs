@@ -172,7 +172,10 @@ impl Display for Piece {
             for (slot, at, tag) in registers.chain(slots) {
                 match tag {
                     Tag::Section(of) => write!(f, " {slot} {at} 0 {of:#x}")?,
-                    Tag::Return(context, sp) => write!(f, " {slot} {at} {} {sp}", context + 1)?,
+                    Tag::Return(context, sp) => {
+                        let kind = u64::from(context) + 1;
+                        write!(f, " {slot} {at} {kind} {sp}")?;
+                    }
                 }
             }
             writeln!(f)?;

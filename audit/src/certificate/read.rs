@@ -240,6 +240,10 @@ fn it_of_bits(bits: u8) -> Option<ItState> {
     }
 }
 
+fn fits<T: TryFrom<i64>>(number: i64) -> Result<T, String> {
+    T::try_from(number).map_err(|_| format!("`{number}` is no such number"))
+}
+
 fn read_place(words: &mut Words) -> Result<Place, String> {
     let mut place = Place {
         sp: words.number()?,
@@ -249,14 +253,13 @@ fn read_place(words: &mut Words) -> Result<Place, String> {
         let [slot, at, kind, of] = *number else {
             return Err("ends too early".into());
         };
-        let number = |n: i64| u32::try_from(n).map_err(|_| "is no such number".to_string());
-        let tag = match kind {
-            0 => Tag::Section(number(of)?),
-            _ => Tag::Return(number(kind - 1)?, of as i32),
+        let tag = match fits::<u32>(kind)? {
+            0 => Tag::Section(fits(of)?),
+            kind => Tag::Return(kind - 1, fits(of)?),
         };
         match (slot, usize::try_from(at)) {
             (0, Ok(register @ 0..15)) => place.registers[register] = Some(tag),
-            (1, _) => place.slots.push((at as i32, tag)),
+            (1, _) => place.slots.push((fits(at)?, tag)),
             _ => return Err("is neither register nor slot".into()),
         }
     }

@@ -1,8 +1,9 @@
 //! What a frame is summed from, and of which functions.
 
-use crate::certificate::{Dma, Kind, Piece};
-use crate::core_of;
-use crate::made::{HANDLER, IDLE, Image, STACK, VECTORS, assemble, function};
+use crate::certificate::{CYCLES, Dma, Kind, Piece};
+use crate::made::{HANDLER, IDLE, Image, STACK, VECTORS, assemble, call, function};
+use crate::memory::Around;
+use crate::{core_of, costs};
 
 fn nothing() -> Image {
     Image::new(&["push {r4}", "pop {r4}", "bx lr"], &[], Vec::new())
@@ -123,6 +124,13 @@ fn no_interrupt_but_the_ticks_is_taken() {
         let why = format!("{at:#010x} is the vector of an interrupt that nobody bounds");
         assert_eq!(with_vector(nth, IDLE | 1).why(), why);
     }
+    let mut part = nothing().prove().expect("it is proven");
+    let words = [STACK, 1, 0, HANDLER | 1];
+    let words = words.iter().flat_map(|word| word.to_le_bytes());
+    let bytes: Vec<u8> = words.chain([1]).collect();
+    part.replace(".vectors", VECTORS, &bytes);
+    let why = format!("{:#010x} is a part of a vector", VECTORS + 16);
+    assert_eq!(part.why(), why);
     let none = format!("{VECTORS:#010x} has no vector of the handler");
     assert_eq!(with_vector(4, 0).why(), none);
 }
@@ -191,4 +199,32 @@ fn a_function_has_the_pieces_of_its_kind() {
     lower.function(0).pieces[0].places[0].sp = -4;
     let why = "is entered with another stack than is claimed";
     assert!(lower.why().ends_with(why));
+}
+
+/// What takes longer than any sum has room for is called nowhere.
+#[test]
+fn a_call_costs_no_more_than_sums_have_room_for() {
+    let with = |[first, mode, last]: [u64; 3], keys: u32| {
+        let mut own = function("keys", Kind::Keys, HANDLER + 0x100);
+        own.pieces = [first, mode, last]
+            .map(|cycles| Piece {
+                cycles,
+                ..own.pieces[0].clone()
+            })
+            .to_vec();
+        let image = Image::new(&["bx lr"], &[], vec![own]);
+        let around = Around::new(&image.certificate, &image.elf, 0).expect("it is known");
+        let calls = [call(HANDLER, HANDLER + 0x100, 0, keys)];
+        let found = costs(&around, &image.certificate.frames[0], 1, &calls);
+        found
+            .map(|all| all[0].clone().expect("it is called").cycles)
+            .map_err(|why| why.why)
+    };
+    let none = Err("costs what no function before it does".to_string());
+    assert_eq!(with([1, 2, 3], 4), Ok(12));
+    assert_eq!(with([CYCLES - 3, 1, 0], 3), Ok(CYCLES));
+    assert_eq!(with([CYCLES - 2, 1, 0], 3), none);
+    assert_eq!(with([0, CYCLES, 0], u32::MAX), none);
+    assert_eq!(with([u64::MAX, 0, 1], 0), none);
+    assert_eq!(with([1, 0, u64::MAX - 1], 2), none);
 }

@@ -5,8 +5,10 @@ use whippen_isa::timing::{Evidence, Pipe};
 use super::{Check, node_of};
 use crate::Refusal;
 use crate::certificate::{Certificate, Dma, Kind, Neighbour, Piece};
+use crate::facts::ALL;
 use crate::made::{DATA, DEVICES, HANDLER, Image, STACK, assemble, call, function};
 use crate::overlap::Last;
+use crate::place::{Place, Tag};
 use crate::step::{Seen, State, Stepper};
 
 /// The least cycles that may be claimed of the states of a piece.
@@ -332,6 +334,52 @@ fn what_is_claimed_is_claimed_of_nothing_else() {
     let met =
         |(word, line): &&(usize, String)| line.starts_with("bus") && [0, 1, 3, 4].contains(word);
     assert_eq!(accepted.iter().find(met), None);
+}
+
+/// A stack or words that cannot be are refused before anything is computed of them.
+#[test]
+fn what_cannot_be_is_not_claimed() {
+    let proven = looping(&COUNTS, &[(2, 9, 3)])
+        .prove()
+        .expect("it is proven");
+    let cannot = "claims a stack or words that cannot be";
+    let with = |change: &dyn Fn(&mut Piece)| {
+        let mut other = proven.clone();
+        change(&mut other.function(0).pieces[0]);
+        other.why().ends_with(cannot)
+    };
+    let deepest = -(1 << 24);
+    for (sp, refused) in [
+        (0, false),
+        (4, true),
+        (deepest, false),
+        (deepest - 1, true),
+        (i32::MIN, true),
+    ] {
+        let mut place = Place {
+            sp,
+            ..Place::default()
+        };
+        let more = |own: &mut Piece| own.places.push(place.clone());
+        assert_eq!(with(&more), refused, "{sp}");
+        (place.sp, place.slots) = (0, vec![(sp, Tag::Return(0, 0))]);
+        let more = |own: &mut Piece| own.places.push(place.clone());
+        assert_eq!(with(&more), refused, "{sp}");
+    }
+    for (words, refused) in [
+        ([0, 0], false),
+        ([1, 0], true),
+        (ALL, false),
+        ([ALL[0] - 1, 0], true),
+        ([0, i64::MAX], true),
+    ] {
+        let changed = with(&|own| {
+            own.facts
+                .iter_mut()
+                .for_each(|own| own.values = vec![words])
+        });
+        assert_eq!(changed, refused, "{words:?}");
+    }
 }
 
 /// What is known on a way of more instructions than there are numbers for names is known at its

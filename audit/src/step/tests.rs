@@ -9,7 +9,7 @@ use super::Stepper;
 use crate::certificate::Kind;
 use crate::core_of;
 use crate::facts::Facts;
-use crate::made::{DATA, DEVICES, HANDLER, Image, function};
+use crate::made::{DATA, DEVICES, HANDLER, Image, assemble, function};
 use crate::memory::Around;
 use crate::place::Tag;
 
@@ -238,6 +238,11 @@ fn a_function_returns_where_it_was_called_from() {
         refused(&["str r0, [sp, #-4]", "bx lr"]),
         "stores below its stack"
     );
+    // Above lies what an exception would write over.
+    assert_eq!(
+        refused(&["add sp, #8", "sub sp, #8", "bx lr"]),
+        "moves the stack pointer out of its stack"
+    );
     assert_eq!(
         refused(&["mov sp, r0", "bx lr"]),
         "moves the stack pointer nobody knows where"
@@ -274,7 +279,18 @@ fn what_leaves_the_code_is_refused() {
     }
     assert!(handler(&["mcr p1, #0, r0, c2, c3, #0", "bx lr"]).is_ok());
     // Half of an instruction where the code ends.
-    assert_eq!(handler(&[".ffff"]), Err("is no code".to_string()));
+    assert_eq!(handler(&[".f000"]), Err("is no code of core 0".to_string()));
+    let mut image = Image::new(&["bx lr"], &[], Vec::new());
+    image.replace(".text.handler", HANDLER, &[0]);
+    assert_eq!(proven(image), Err("is no code".to_string()));
+    // An instruction whose end is a constant behind the code.
+    let nop = assemble(&["nop.w", "bx lr"]);
+    for (name, is_code) in [(".text.more", true), (".rodata", false)] {
+        let mut image = Image::new(&["bx lr"], &[], Vec::new());
+        image.replace(".text.handler", HANDLER, &nop[..2]);
+        image.replace(name, HANDLER + 2, &nop[2..]);
+        assert_eq!(proven(image).is_ok(), is_code);
+    }
 }
 
 /// An indirect branch leads to its targets and nowhere else.
