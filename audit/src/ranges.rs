@@ -13,6 +13,7 @@ mod read;
 mod rule;
 #[cfg(test)]
 mod tests;
+mod types;
 
 use std::collections::HashMap;
 
@@ -63,7 +64,7 @@ fn check_kernel(kernel: &read::Kernel) -> Result<Ranges, Refusal> {
 struct KernelCheck<'k> {
     kernel: &'k read::Kernel,
     /// The values that are defined on every way to here.
-    known: HashMap<u32, Interval>,
+    known: HashMap<u32, Defined>,
     found: Ranges,
 }
 
@@ -71,6 +72,10 @@ impl KernelCheck<'_> {
     /// What things hold at first lies in their intervals.
     fn declared(&self) -> Result<(), String> {
         for own in &self.kernel.declared {
+            let of_type = types::of_type(&own.ty);
+            if !of_type.is_some_and(|all| all.contains(own.range)) || own.range.is_empty() {
+                return Err(format!("`{}` has no {} in {}", own.name, own.ty, own.range));
+            }
             if !own.starts.iter().all(|start| own.range.holds(*start)) {
                 return Err(format!("`{}` begins outside of {}", own.name, own.range));
             }
@@ -78,13 +83,13 @@ impl KernelCheck<'_> {
         Ok(())
     }
 
-    fn region(&mut self, region: &Region) -> Result<Vec<Interval>, String> {
+    fn region(&mut self, region: &Region) -> Result<Vec<Defined>, String> {
         let outside = self.known.clone();
         for statement in &region.statements {
             self.statement(statement)
                 .map_err(|why| format!("`{}`: {why}", statement.text))?;
         }
-        let yields = region.yields.iter().map(|value| self.interval(*value));
+        let yields = region.yields.iter().map(|value| self.value(*value));
         let yields = yields.collect();
         self.known = outside;
         yields
@@ -93,14 +98,19 @@ impl KernelCheck<'_> {
     fn statement(&mut self, own: &Statement) -> Result<(), String> {
         match own.op.as_str() {
             "if" => {
-                self.interval(*own.args.first().ok_or("has no condition")?)?;
-                let [then, other] = &own.regions[..] else {
-                    return Err("has not two regions".into());
+                let ([value], [then, other]) = (&own.args[..], &own.regions[..]) else {
+                    return Err("has not one condition and two regions".into());
                 };
-                let [then, other] = [self.region(then)?, self.region(other)?];
-                let either = then.iter().zip(&other).map(|(a, b)| a.union(*b));
+                if self.value(*value)?.ty != "i1" || !own.numbers.is_empty() {
+                    return Err("has no condition".into());
+                }
+                let [then, mut other] = [self.region(then)?, self.region(other)?];
+                room(&own.results, &then)?;
                 room(&own.results, &other)?;
-                exactly(&own.results, &either.collect::<Vec<_>>())?;
+                for (other, then) in other.iter_mut().zip(&then) {
+                    other.range = other.range.union(then.range);
+                }
+                exactly(&own.results, &other)?;
             }
             "loop" => self.repeated(own)?,
             _ => self.plain(own)?,
@@ -116,10 +126,17 @@ impl KernelCheck<'_> {
         let ([body], [rounds]) = (&own.regions[..], &own.numbers[..]) else {
             return Err("has not one region".into());
         };
+        if *rounds < 1 {
+            return Err("has no rounds".into());
+        }
         let (round, carried) = own.params.split_first().ok_or("has no round")?;
-        room(std::slice::from_ref(round), &[Interval::new(0, rounds - 1)])?;
-        let starts: Result<Vec<_>, _> =
-            own.args.iter().map(|value| self.interval(*value)).collect();
+        let first = Defined {
+            range: Interval::new(0, rounds - 1),
+            ty: "i32".to_string(),
+            value: round.value,
+        };
+        room(std::slice::from_ref(round), &[first])?;
+        let starts: Result<Vec<_>, _> = own.args.iter().map(|value| self.value(*value)).collect();
         room(carried, &starts?)?;
         let outside = self.known.clone();
         own.params.iter().try_for_each(|param| self.define(param))?;
@@ -130,14 +147,21 @@ impl KernelCheck<'_> {
     }
 
     fn plain(&mut self, own: &Statement) -> Result<(), String> {
-        let args: Result<Vec<_>, _> = own.args.iter().map(|value| self.interval(*value)).collect();
+        let row = types::row_of(&own.op).ok_or("is no operator")?;
+        let args: Result<Vec<_>, _> = own.args.iter().map(|value| self.value(*value)).collect();
         let args = args?;
-        let named: Option<Vec<_>> = own
-            .names
-            .iter()
-            .map(|name| self.kernel.find(name))
-            .collect();
+        let named = own.names.iter().zip(row.kinds()).map(|(name, kind)| {
+            let found = self.kernel.find(name);
+            found.filter(|own| own.kind == kind)
+        });
+        let named: Option<Vec<_>> = named.collect();
         let named = named.ok_or("names what is not declared")?;
+        let ty = named.first().map(|own| types::of_value(&own.ty));
+        let of_args: Vec<&str> = args.iter().map(|own| own.ty.as_str()).collect();
+        if !row.fits(own, &of_args, ty) {
+            return Err("has operands, numbers or a result of other types".into());
+        }
+        let args: Vec<Interval> = args.iter().map(|own| own.range).collect();
         if let ("delay", [back]) = (own.op.as_str(), &own.numbers[..]) {
             let line = named.first().ok_or("reads no line")?;
             if !(1..=line.length).contains(back) {
@@ -156,26 +180,28 @@ impl KernelCheck<'_> {
             }
         }
         let Some(computed) = rule::interval(&own.op, &args, &named, &own.numbers)? else {
-            return match own.results[..] {
-                [] => Ok(()),
-                _ => Err("has no result".into()),
-            };
+            return Ok(());
         };
-        exactly(&own.results, &[computed])
+        let computed = own.results.iter().map(|own| Defined {
+            range: computed,
+            ..own.clone()
+        });
+        exactly(&own.results, &computed.collect::<Vec<_>>())
     }
 
-    fn interval(&self, value: u32) -> Result<Interval, String> {
-        let known = self.known.get(&value).copied();
+    fn value(&self, value: u32) -> Result<Defined, String> {
+        let known = self.known.get(&value).cloned();
         known.ok_or_else(|| format!("v{value} is not defined on the way here"))
     }
 
     fn define(&mut self, own: &Defined) -> Result<(), String> {
-        let ty = rule::of_type(&own.ty).ok_or_else(|| format!("`{}` is no type", own.ty))?;
+        let ty = types::of_type(&own.ty).filter(|_| types::of_value(&own.ty) == own.ty);
+        let ty = ty.ok_or_else(|| format!("`{}` is no type of values", own.ty))?;
         if own.range.is_empty() || !ty.contains(own.range) {
             return Err(format!("{} does not lie in an {}", own.range, own.ty));
         }
         self.found.values += 1;
-        match self.known.insert(own.value, own.range) {
+        match self.known.insert(own.value, own.clone()) {
             Some(_) => Err(format!("v{} is defined twice", own.value)),
             None => Ok(()),
         }
@@ -184,27 +210,29 @@ impl KernelCheck<'_> {
 
 /// Whether results are declared as what is computed, and no larger: so no end of an interval can be
 /// changed without being noticed.
-fn exactly(results: &[Defined], computed: &[Interval]) -> Result<(), String> {
+fn exactly(results: &[Defined], computed: &[Defined]) -> Result<(), String> {
     room(results, computed)?;
-    let larger = results
-        .iter()
-        .zip(computed)
-        .find(|(own, computed)| own.range != **computed);
-    match larger {
-        Some((own, computed)) => Err(format!("{} is declared, {computed} is computed", own.range)),
-        None => Ok(()),
-    }
+    let larger = results.iter().zip(computed);
+    let mut larger = larger.filter(|(own, computed)| own.range != computed.range);
+    larger.next().map_or(Ok(()), |(own, computed)| {
+        let (own, computed) = (own.range, computed.range);
+        Err(format!("{own} is declared, {computed} is computed"))
+    })
 }
 
-/// Whether results have room for what is computed.
-fn room(results: &[Defined], computed: &[Interval]) -> Result<(), String> {
+/// Whether results have room for what is computed, and its types.
+fn room(results: &[Defined], computed: &[Defined]) -> Result<(), String> {
     if results.len() != computed.len() {
         return Err("as many results as are computed are wanted".into());
     }
     for (result, computed) in results.iter().zip(computed) {
-        if !result.range.contains(*computed) {
-            let declared = result.range;
-            return Err(format!("{declared} is declared, {computed} is computed"));
+        if result.ty != computed.ty {
+            let (own, other) = (&result.ty, &computed.ty);
+            return Err(format!("{own} is declared, {other} is computed"));
+        }
+        if !result.range.contains(computed.range) {
+            let (own, computed) = (result.range, computed.range);
+            return Err(format!("{own} is declared, {computed} is computed"));
         }
     }
     Ok(())

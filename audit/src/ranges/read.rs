@@ -1,11 +1,22 @@
 //! Reading the text of Kernels, as `compiler/kernel/src/print.rs` says that they are written.
 
-use super::rule::{self, Interval};
+#[cfg(test)]
+mod tests;
+
+use std::mem;
+use std::str::FromStr;
+
+use super::rule::{Interval, WORD};
+use super::types::{Row, row_of};
 
 /// Something that a Kernel declares.
 #[derive(Debug, Clone)]
 pub(super) struct Declared {
+    /// The first word of its line.
+    pub kind: String,
     pub name: String,
+    /// Of each of its words.
+    pub ty: String,
     /// What it holds, whenever.
     pub range: Interval,
     /// What it holds at first, of each key; of a table its entries.
@@ -66,19 +77,18 @@ pub(super) fn kernels(text: &str) -> Result<Vec<Kernel>, String> {
     let mut lines = Lines(lines.collect::<Vec<_>>().into_iter());
     let mut all = Vec::new();
     while let Some(line) = lines.0.next() {
-        let mut words = LineWords::of(line);
-        if words.next().as_deref() != Some("kernel") {
-            return Err(format!("`{line}` begins no Kernel"));
-        }
-        let name = words.next().ok_or("a Kernel has a name")?;
+        let name = begun(line).ok_or_else(|| format!("`{line}` begins no Kernel"))?;
         let mut kernel = Kernel {
             name,
             ..Kernel::default()
         };
-        while let Some(line) = lines.0.next().filter(|line| *line != "}") {
-            match line {
-                "init {" => kernel.init = lines.region()?.0,
-                "tick {" => kernel.tick = lines.region()?.0,
+        let mut has = [false; 2];
+        loop {
+            let line = lines.0.next().ok_or("a Kernel does not end")?;
+            let (region, nth) = match line {
+                "}" => break,
+                "init {" => (&mut kernel.init, 0),
+                "tick {" => (&mut kernel.tick, 1),
                 _ => {
                     let own = declared(line);
                     let own = own.ok_or_else(|| format!("`{line}` declares nothing"))?;
@@ -86,17 +96,39 @@ pub(super) fn kernels(text: &str) -> Result<Vec<Kernel>, String> {
                         return Err(format!("`{}` is declared twice", own.name));
                     }
                     kernel.declared.push(own);
+                    continue;
                 }
+            };
+            if mem::replace(&mut has[nth], true) {
+                return Err(format!("`{line}` is there twice"));
             }
+            *region = lines.whole_region()?;
         }
         all.push(kernel);
     }
     Ok(all)
 }
 
+/// The name of the Kernel that a line begins.
+fn begun(line: &str) -> Option<String> {
+    let mut words = LineWords::of(line);
+    words.is("kernel")?;
+    let name = words.next()?;
+    words.next().filter(|rate| rate.starts_with('@'))?;
+    words.is("{")?;
+    words.end(name)
+}
+
 struct Lines<'a>(std::vec::IntoIter<&'a str>);
 
 impl Lines<'_> {
+    fn whole_region(&mut self) -> Result<Region, String> {
+        match self.region()? {
+            (region, "}") => Ok(region),
+            (_, line) => Err(format!("`{line}` ends no region")),
+        }
+    }
+
     /// A region, and the line that ends it.
     fn region(&mut self) -> Result<(Region, &str), String> {
         let mut region = Region::default();
@@ -106,28 +138,37 @@ impl Lines<'_> {
                 return Ok((region, line));
             }
             let wrong = || format!("`{line}` is no instruction");
-            if let Some(values) = line.strip_prefix("yield") {
-                let values = LineWords::of(values).map(|word| value(&word));
-                region.yields = values.collect::<Option<_>>().ok_or_else(wrong)?;
-                continue;
+            if let Some(values) = line.strip_prefix("yield ") {
+                region.yields = yielded(values).ok_or_else(wrong)?;
+                // It is the last line.
+                let end = self.0.next().filter(|line| line.starts_with('}'));
+                return Ok((region, end.ok_or("a region goes on behind its end")?));
             }
             let mut own = statement(line).ok_or_else(wrong)?;
-            if line.ends_with('{') {
-                loop {
-                    let (inner, end) = self.region()?;
-                    let goes_on = end == "} else {";
-                    own.regions.push(inner);
-                    if !goes_on {
-                        break;
-                    }
-                }
-                if own.op == "if" && own.regions.len() == 1 {
-                    own.regions.push(Region::default());
-                }
+            if own.op == "if" {
+                let (then, end) = self.region()?;
+                let other = match end {
+                    "} else {" => self.whole_region()?,
+                    "}" => Region::default(),
+                    _ => return Err(format!("`{end}` ends no region")),
+                };
+                own.regions = vec![then, other];
+            } else if own.op == "loop" {
+                own.regions = vec![self.whole_region()?];
             }
             region.statements.push(own);
         }
     }
+}
+
+/// `v1 v2`
+fn yielded(values: &str) -> Option<Vec<u32>> {
+    let mut words = LineWords::of(values);
+    let mut all = Vec::new();
+    while let Some(word) = words.next() {
+        all.push(value(&word)?);
+    }
+    words.end(all)
 }
 
 /// The words of a line: names (without their quotes), numbers, intervals, signs.
@@ -140,6 +181,44 @@ impl LineWords<'_> {
 
     fn is(&mut self, word: &str) -> Option<()> {
         (self.next()? == word).then_some(())
+    }
+
+    /// What was read, if nothing follows.
+    fn end<T>(&self, read: T) -> Option<T> {
+        self.0.trim().is_empty().then_some(read)
+    }
+
+    fn number<T: FromStr>(&mut self) -> Option<T> {
+        self.next()?.parse().ok()
+    }
+
+    /// `{ 1, 2 }`, or `{  }`
+    fn numbers(&mut self) -> Option<Vec<i128>> {
+        self.is("{")?;
+        let (mut all, mut word) = (Vec::new(), self.next()?);
+        while word != "}" {
+            all.push(word.parse().ok()?);
+            word = self.next()?;
+            if word == "," {
+                word = self.next().filter(|word| word != "}")?;
+            } else if word != "}" {
+                return None;
+            }
+        }
+        Some(all)
+    }
+
+    /// `x 3`, or nothing, which is once.
+    fn times(&mut self) -> Option<usize> {
+        let mut ahead = LineWords(self.0);
+        match ahead.next()?.as_str() {
+            "x" => {
+                let count = ahead.number().filter(|count| *count > 0)?;
+                self.0 = ahead.0;
+                Some(count)
+            }
+            _ => Some(1),
+        }
     }
 
     fn interval(&mut self) -> Option<Interval> {
@@ -191,45 +270,56 @@ fn value(word: &str) -> Option<u32> {
 /// A line that declares something.
 fn declared(line: &str) -> Option<Declared> {
     let mut words = LineWords::of(line);
-    let kind = words.next()?;
+    let (kind, name) = (words.next()?, words.next()?);
     let mut own = Declared {
-        name: words.next()?,
-        range: Interval::new(i64::MIN.into(), i64::MAX.into()),
+        kind,
+        name,
+        ty: "i32".to_string(),
+        range: WORD,
         starts: Vec::new(),
         columns: 1,
         length: 0,
     };
-    let rest: Vec<String> = words.collect();
-    let numbers = |words: &[String]| -> Vec<i128> {
-        words.iter().filter_map(|word| word.parse().ok()).collect()
-    };
-    let range = rest.iter().position(|word| word.starts_with('['));
-    if let Some(at) = range {
-        own.range = LineWords::of(&rest[at]).interval()?;
-    }
-    let starts = rest.iter().position(|word| word == "=");
-    match kind.as_str() {
-        "in" | "out" => range.map(|_| ())?,
-        "line" => own.length = range.and_then(|at| rest[..at].last()?.parse().ok())?,
-        "live" | "keyed" | "cell" => {
-            range?;
-            own.starts = numbers(&rest[starts?..]);
+    match own.kind.as_str() {
+        "in" | "out" | "live" | "keyed" | "cell" | "probe" => {
+            words.is(":")?;
+            own.ty = words.next()?;
         }
-        "table" => {
-            own.starts = numbers(&rest[starts?..]);
-            if rest[0] == "x" {
-                own.columns = rest[1].parse().ok()?;
-            }
+        "line" => {
+            words.is(":")?;
+            own.length = words.number()?;
         }
-        "event" | "probe" => {}
+        "table" => own.columns = words.times()?,
+        "event" => {
+            words.is("(")?;
+            words.number::<u32>()?;
+            words.is(")")?;
+        }
         _ => return None,
     }
-    Some(own)
+    if own.kind == "cell" {
+        words.times()?;
+    }
+    if !["table", "event", "probe"].contains(&own.kind.as_str()) {
+        own.range = words.interval()?;
+    }
+    match own.kind.as_str() {
+        "live" | "cell" => {
+            words.is("=")?;
+            own.starts.push(words.number()?);
+        }
+        "keyed" | "table" => {
+            words.is("=")?;
+            own.starts = words.numbers()?;
+        }
+        _ => {}
+    }
+    words.end(own)
 }
 
 fn statement(line: &str) -> Option<Statement> {
     let mut own = Statement {
-        text: line.trim_end_matches('{').trim_end().to_string(),
+        text: line.trim_end_matches([' ', '{']).to_string(),
         ..Statement::default()
     };
     let mut words = LineWords::of(line);
@@ -248,10 +338,14 @@ fn statement(line: &str) -> Option<Statement> {
         }
     }
     own.op = word;
-    for _ in 0..rule::names(&own.op) {
+    for _ in row_of(&own.op).into_iter().flat_map(Row::kinds) {
         own.names.push(words.next()?);
     }
-    while let Some(word) = words.next().filter(|word| word != "{") {
+    let has_regions = ["if", "loop"].contains(&own.op.as_str());
+    while let Some(word) = words.next() {
+        if word == "{" && has_regions {
+            return words.end(own);
+        }
         match (value(&word), word.parse()) {
             (Some(value), _) => own.args.push(value),
             (_, Ok(number)) => own.numbers.push(number),
@@ -259,7 +353,7 @@ fn statement(line: &str) -> Option<Statement> {
             _ => return None,
         }
     }
-    Some(own)
+    words.end(own).filter(|_| !has_regions)
 }
 
 /// `v7: i32 [0..83], v8: i32 [0..9] = v1)`

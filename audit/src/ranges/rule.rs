@@ -110,7 +110,8 @@ impl Display for Interval {
     }
 }
 
-const WORD: Interval = Interval {
+/// All that a word holds.
+pub(super) const WORD: Interval = Interval {
     low: i32::MIN as i128,
     high: i32::MAX as i128,
 };
@@ -118,32 +119,12 @@ const WORD: Interval = Interval {
 /// What a quotient for searches is held to.
 const QUOTIENT: i128 = 1 << 29;
 
-/// All that a type holds.
-pub(super) fn of_type(name: &str) -> Option<Interval> {
-    Some(match name {
-        "i1" => Interval::new(0, 1),
-        "i32" => WORD,
-        "i64" => Interval::new(i64::MIN.into(), i64::MAX.into()),
-        _ => return None,
-    })
-}
-
 /// The operand that is stored in what the operator names, of one that stores.
 pub(super) fn stored(op: &str) -> Option<usize> {
     match op {
         "out" | "set" | "push" | "fill" => Some(0),
         "set_at" => Some(1),
         _ => None,
-    }
-}
-
-/// How many declared names an operator has.
-pub(super) fn names(op: &str) -> usize {
-    match op {
-        "wave" => 2,
-        "in" | "out" | "live" | "keyed" | "get" | "set" | "get_at" | "set_at" | "delay"
-        | "delay_at" | "push" | "fill" | "lookup" | "emit" | "probe" => 1,
-        _ => 0,
     }
 }
 
@@ -181,20 +162,14 @@ pub(super) fn interval(
         ("eq", [a, b]) if a.high < b.low || b.high < a.low => Interval::new(0, 0),
         ("eq", [a, b]) if a.low == a.high && a == b => Interval::new(1, 1),
         ("eq", [_, _]) => Interval::new(0, 1),
-        ("div_round", [a, b]) => divided(*a, *b, shift(number)?),
-        ("quot", [a, b]) => quotient(*a, *b, shift(number)?),
+        ("div_round", [a, b]) => divided(*a, *b, number.unwrap_or(0)),
+        ("quot", [a, b]) => quotient(*a, *b, number.unwrap_or(0)),
         ("low" | "add_wrap" | "sub_wrap" | "mul_wrap" | "shl_wrap", _) => {
             let exact = corners(op, args, number.unwrap_or(0))?;
             if WORD.contains(exact) { exact } else { WORD }
         }
         _ => corners(op, args, number.unwrap_or(0))?,
     }))
-}
-
-/// How far a dividend is moved up: within a word.
-fn shift(number: Option<i128>) -> Result<i128, String> {
-    let within = number.filter(|n| (0..32).contains(n));
-    within.ok_or_else(|| "has no shift of a word".into())
 }
 
 /// What it computes of whole numbers; it rises or falls with each operand while the others stay, so
@@ -211,9 +186,9 @@ fn exact<W: Whole>(op: &str, n: i128, args: &[W]) -> Option<W> {
         ("mac_top", [a, b, c]) => *a + top(*b * *c),
         ("min", [a, b]) => a.least(*b),
         ("max", [a, b]) => a.most(*b),
-        ("shl" | "shl_wrap", [a]) if (0..64).contains(&n) => a.up(n),
-        ("sar", [a]) if (0..64).contains(&n) => a.down(n),
-        ("sar_round", [a]) if (0..64).contains(&n) => (*a + W::of(1 << n >> 1)).down(n),
+        ("shl" | "shl_wrap", [a]) => a.up(n),
+        ("sar", [a]) => a.down(n),
+        ("sar_round", [a]) => (*a + W::of(1 << n >> 1)).down(n),
         ("sqrt", [a]) => a.most(W::of(0)).root(),
         ("widen" | "narrow" | "low", [a]) => *a,
         ("add_sat", [a, b]) => word(*a + *b),

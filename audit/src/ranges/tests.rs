@@ -21,6 +21,9 @@ const GIVEN: &str = "
   cell full: i32 [-2147483648..2147483647] = 0
   line d: 4 [-7..7]
   table t x 2 = { 1, -20, 3, 40, 5, 60 }
+  event ev(2)
+  probe pr: i64
+  out y: i16 [-3..7]
   tick {
     v0: i32 [-3..5] = get a
     v1: i32 [2..7] = get b
@@ -160,15 +163,6 @@ fn a_refusal_says_both_intervals() {
 }
 
 #[test]
-fn a_value_is_of_a_type_of_values() {
-    let found = check_ranges(&text("v12: u16 [3..9] = in x"));
-    let why = found
-        .expect_err("a port has that type, a value has none")
-        .to_string();
-    assert!(why.contains("`u16` is no type"), "{why}");
-}
-
-#[test]
 fn promises_are_collected() {
     for statement in [
         "wave g g v1 v7 v1 v7 v1 v1",
@@ -186,20 +180,225 @@ fn a_table_has_no_more_columns_than_it_says() {
     assert!(why.contains("reads no entry"), "{why}");
 }
 
+/// Why a statement behind the others is refused; empty where it is not.
+fn why(statement: &str) -> String {
+    let why = check_ranges(&text(statement)).err();
+    why.map_or(String::new(), |why| why.why)
+}
+
+/// Operands, numbers and results are of the types that an operator has: nobody reads 64 bits where
+/// there are 32.
+#[test]
+fn operators_have_types() {
+    for statement in [
+        "v12: i64 [-4294967296..4294967294] = add v8 v8",
+        "v12: i32 [-103..205] = add v0 v3",
+        "v12: i64 [-103..205] = add v0 v3",
+        "v12: i1 [0..2] = add v4 v4",
+        "v12: i64 [-21..35] = mul v0 v1",
+        "v12: i32 [-21..35] = mul_wide v0 v1",
+        "v12: i64 [-3..5] = get a",
+        "v12: i32 [-3..5] = add v0",
+        "v12: i32 [-3..5] = add v0 v0 v0",
+        "add v0 v1",
+        "v12: i32 [-1..12], v13: i32 [-1..12] = add v0 v1",
+        "v12: i32 [-24..40] = shl v0",
+        "v12: i32 [-24..40] = shl v0 3 3",
+        "v12: i32 [3..9] = in x 1",
+        "v12: u16 [3..9] = in x",
+        "v12: i32 [-3..5] = select v0 v0 v0",
+        "v12: i64 [-3..5] = select v5 v0 v3",
+        "v12: i1 [0..1] = eq v0 v3",
+        "v12: i32 [0..1] = lt v0 v1",
+        "v12: i1 [0..1] = lt v4 v5",
+        "set a v3",
+        "set w v0",
+        "set_at g v3 v0",
+        "v12: i32 [3..9] = const 3",
+        "emit ev v3",
+        "probe pr v0",
+        "out y v3",
+    ] {
+        let refused = why(statement);
+        let types = "has operands, numbers or a result of other types";
+        let other = "is declared, [3..3] is computed";
+        assert!(
+            refused.ends_with(types) || refused.ends_with(other),
+            "{statement}: {refused}"
+        );
+    }
+    for statement in [
+        "set w v3",
+        "emit ev",
+        "emit ev v0 v1",
+        "probe pr v3",
+        "out y v0",
+        "v12: i64 [7..7] = const 7",
+        "v12: i1 [1..1] = const 1",
+        "v12: i64 [-100..200] = select v5 v3 v3",
+    ] {
+        assert_eq!(why(statement), "");
+    }
+}
+
+/// What an operator names is of its kind: a table of constants is no cell that changes.
+#[test]
+fn names_are_of_the_kind_of_their_operator() {
+    for statement in [
+        "v12: i32 [0..0] = lookup a v6 0",
+        "v12: i32 [-3..5] = in a",
+        "v12: i32 [3..9] = get x",
+        "v12: i32 [3..9] = live x",
+        "v12: i32 [3..9] = delay x 1",
+        "set x v0",
+        "push a v0",
+        "out x v1",
+        "wave g d v1 v7 v1 v7 v1 v1",
+        "emit a v0",
+        "v12: i32 [0..0] = get nothing",
+    ] {
+        assert!(
+            why(statement).ends_with("names what is not declared"),
+            "{statement}"
+        );
+    }
+    assert!(why("v12: i32 [0..0] = nothing v0").ends_with("is no operator"));
+}
+
 #[test]
 fn a_shift_beyond_its_word_is_refused() {
-    for op in [
-        "div_round v3 v1 32",
-        "div_round v3 v1 200",
-        "div_round v3 v1 -1",
-        "quot v3 v1 32",
-        "shl v3 64",
-        "sar v3 64",
-        "sar_round v3 64",
+    for (op, width) in [
+        ("v12: i32 [0..1] = div_round v0 v1", 32),
+        ("v12: i32 [0..1] = quot v0 v1", 32),
+        ("v12: i32 [0..1] = shl v0", 32),
+        ("v12: i32 [0..1] = sar v0", 32),
+        ("v12: i32 [0..1] = shl_wrap v0", 32),
+        ("v12: i64 [0..1] = shl v3", 64),
+        ("v12: i64 [0..1] = sar_round v3", 64),
     ] {
-        let found = check_ranges(&text(&format!("v12: i64 [0..1] = {op}")));
-        let why = found.expect_err(op).to_string();
-        let says = ["has no shift of a word", "is no operator of these operands"];
-        assert!(says.iter().any(|says| why.contains(says)), "{op}: {why}");
+        let types = "has operands, numbers or a result of other types";
+        for (shift, is_one) in [
+            (-1, false),
+            (0, true),
+            (width - 1, true),
+            (width, false),
+            (200, false),
+        ] {
+            let refused = why(&format!("{op} {shift}"));
+            assert_eq!(!refused.ends_with(types), is_one, "{op} {shift}: {refused}");
+        }
+    }
+}
+
+/// Both regions give as many values as there are results, of their types; the condition is one.
+#[test]
+fn an_if_gives_what_both_of_its_regions_give() {
+    let chosen = |results: &str, condition: &str, then: &str, other: &str| {
+        let regions = format!("{{\n {then}\n }} else {{\n {other}\n }}");
+        why(&format!("{results} if {condition} {regions}"))
+    };
+    let one = "v12: i32 [-3..7] =";
+    assert_eq!(chosen(one, "v4", "yield v0", "yield v1"), "");
+    assert!(chosen("v12: i32 [-3..5] =", "v4", "yield v0", "yield v1").contains("[2..7]"));
+    assert!(chosen("v12: i32 [2..7] =", "v4", "yield v0", "yield v1").contains("[-3..5]"));
+    let larger = chosen("v12: i32 [-4..7] =", "v4", "yield v0", "yield v1");
+    assert!(
+        larger.ends_with("[-4..7] is declared, [-3..7] is computed"),
+        "{larger}"
+    );
+    let count = "as many results as are computed are wanted";
+    for (then, other) in [
+        ("yield v0 v0", "yield v1"),
+        ("yield v0", "yield v1 v1"),
+        ("", "yield v1"),
+    ] {
+        assert!(
+            chosen(one, "v4", then, other).ends_with(count),
+            "{then} {other}"
+        );
+    }
+    let types = chosen(one, "v4", "yield v0", "yield v3");
+    assert!(
+        types.ends_with("i32 is declared, i64 is computed"),
+        "{types}"
+    );
+    assert!(chosen(one, "v0", "yield v0", "yield v1").ends_with("has no condition"));
+    assert!(chosen(one, "v4 3", "yield v0", "yield v1").ends_with("has no condition"));
+    assert!(chosen(one, "v4 v4", "yield v0", "yield v1").ends_with("two regions"));
+    // Without the second region nothing is given; what is defined in one is known there alone.
+    assert_eq!(why("if v4 {\n set a v0\n }"), "");
+    assert_eq!(
+        why("if v4 {\n v12: i32 [-3..5] = get a\n }\n v12: i32 [-3..5] = get a"),
+        ""
+    );
+    let unknown = why("if v4 {\n v12: i32 [-3..5] = get a\n }\n set a v12");
+    assert!(
+        unknown.ends_with("v12 is not defined on the way here"),
+        "{unknown}"
+    );
+    let twice = why("v0: i32 [-3..5] = get a");
+    assert!(twice.ends_with("v0 is defined twice"), "{twice}");
+    let empty = why("v12: i32 [5..4] = if v4 {\n yield v0\n } else {\n yield v1\n }");
+    assert!(empty.contains("[5..4]"), "{empty}");
+}
+
+/// A loop runs once at least; what is carried has room for what it begins with and for what each
+/// round gives.
+#[test]
+fn a_loop_has_room_for_what_each_round_gives() {
+    let looped = |rounds: &str, params: &str, body: &str, result: &str| {
+        why(&format!(
+            "v14: i32 {result} = loop {rounds} ({params}) {{\n {body}\n }}"
+        ))
+    };
+    let params = "v12: i32 [0..3], v13: i32 [-3..7] = v0";
+    let one = |body| looped("4", params, body, "[2..7]");
+    assert_eq!(one("yield v1"), "");
+    assert_eq!(looped("4", params, "yield v13", "[-3..7]"), "");
+    assert!(one("yield v13").ends_with("[2..7] is declared, [-3..7] is computed"));
+    assert!(one("yield v11").ends_with("[-3..7] is declared, [5..9] is computed"));
+    assert!(one("yield v3").ends_with("i32 is declared, i64 is computed"));
+    assert!(one("yield v1 v1").ends_with("as many results as are computed are wanted"));
+    assert!(
+        looped("5", params, "yield v1", "[2..7]")
+            .ends_with("[0..3] is declared, [0..4] is computed")
+    );
+    for rounds in ["0", "-1", "-170141183460469231731687303715884105728"] {
+        assert!(
+            looped(rounds, params, "yield v1", "[2..7]").ends_with("has no rounds"),
+            "{rounds}"
+        );
+    }
+    assert!(looped("", params, "yield v1", "[2..7]").ends_with("has not one region"));
+    assert!(looped("4 4", params, "yield v1", "[2..7]").ends_with("has not one region"));
+    let small = "v12: i32 [0..3], v13: i32 [-2..7] = v0";
+    assert!(
+        looped("4", small, "yield v1", "[2..7]")
+            .ends_with("[-2..7] is declared, [-3..5] is computed")
+    );
+    let wide = "v12: i64 [0..3], v13: i32 [-3..7] = v0";
+    assert!(looped("4", wide, "yield v1", "[2..7]").ends_with("i64 is declared, i32 is computed"));
+    // What it begins with stands in each parameter.
+    let none = "v12: i32 [0..3], v13: i32 [-3..7]";
+    let count = "as many results as are computed are wanted";
+    assert!(looped("4", none, "yield v1", "[2..7]").ends_with(count));
+    let found =
+        check_ranges(&text("loop 2 (v12: i32 [0..1]) {\n set a v12\n }")).expect("it is taken");
+    // Twelve that are given, and the round.
+    assert_eq!((found[0].values, found[0].stores), (13, 1));
+    let unknown = why("loop 2 (v12: i32 [0..1]) {\n set a v12\n }\n set a v12");
+    assert!(
+        unknown.ends_with("v12 is not defined on the way here"),
+        "{unknown}"
+    );
+}
+
+/// No more ticks ago than the line holds.
+#[test]
+fn a_line_is_read_as_far_as_it_goes() {
+    for (back, is_there) in [(0, false), (1, true), (4, true), (5, false)] {
+        let refused = why(&format!("v12: i32 [-7..7] = delay d {back}"));
+        assert_eq!(refused.is_empty(), is_there, "{back}");
+        assert!(is_there || refused.ends_with("the line holds 4 words"));
     }
 }
