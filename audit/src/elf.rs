@@ -1,7 +1,7 @@
 //! Reading an ELF file: sections that are loaded, their bytes, certificate and Kernels.
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 /// The section that holds the certificate.
 pub const CERTIFICATE: &str = ".whippen.certificate";

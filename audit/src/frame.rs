@@ -274,6 +274,7 @@ fn no_other(
     handler: Option<u32>,
 ) -> Result<(), Refusal> {
     let section = around.elf.section_at(vectors);
+    let section = section.filter(|own| own.base == vectors);
     let section = section.ok_or_else(|| Refusal::at(vectors, "is no table of vectors"))?;
     let end = section.base + section.size;
     // The first two words are not used after the start.

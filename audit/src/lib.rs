@@ -15,6 +15,8 @@
 
 mod access;
 mod certificate;
+#[cfg(test)]
+mod changed;
 mod effect;
 mod elf;
 #[cfg(test)]

@@ -208,7 +208,7 @@ impl<'a> Around<'a> {
             .certificate
             .vectors(core)
             .and_then(|vectors| self.elf.word(vectors))
-            .filter(|end| *end >= 4);
+            .filter(|end| *end >= 4 && end & 3 == 0);
         end.ok_or_else(|| Refusal::new(format!("core {core} has no table of vectors")))
     }
 

@@ -3,10 +3,10 @@
 use super::{CERTIFICATE, Elf, KERNELS, word_at};
 
 /// A section: name, type, flags, address, bytes.
-type Section<'a> = (&'a str, u32, u32, u32, &'a [u8]);
+pub(crate) type Section<'a> = (&'a str, u32, u32, u32, &'a [u8]);
 
 /// Of a file its header, its segments, the bytes of its sections, their names and their table.
-fn file(sections: &[Section]) -> Vec<u8> {
+pub(crate) fn file(sections: &[Section]) -> Vec<u8> {
     file_with(sections, &|_| ())
 }
 

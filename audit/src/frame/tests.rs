@@ -131,6 +131,22 @@ fn no_interrupt_but_the_ticks_is_taken() {
     part.replace(".vectors", VECTORS, &bytes);
     let why = format!("{:#010x} is a part of a vector", VECTORS + 16);
     assert_eq!(part.why(), why);
+    // It is a section of its own, and the stack ends at a word.
+    let mut within = nothing().prove().expect("it is proven");
+    within.certificate.frames[0].vectors = VECTORS + 4;
+    assert_eq!(within.why(), "core 0 has no table of vectors");
+    let end = |end| with_vector(0, end).why();
+    assert_eq!(end(STACK), "");
+    for wrong in [0, 1, STACK + 1, STACK + 2] {
+        assert_eq!(end(wrong), "core 0 has no table of vectors");
+    }
+    let bytes: Vec<u8> = [STACK, STACK, 1, 0, 0, HANDLER | 1]
+        .iter()
+        .flat_map(|word| word.to_le_bytes())
+        .collect();
+    within.replace(".vectors", VECTORS, &bytes);
+    let why = format!("{:#010x} is no table of vectors", VECTORS + 4);
+    assert_eq!(within.why(), why);
     let none = format!("{VECTORS:#010x} has no vector of the handler");
     assert_eq!(with_vector(4, 0).why(), none);
 }

@@ -232,16 +232,29 @@ fn an_access_by_a_base_waits_where_that_points() {
     assert_eq!(mode(DATA), mode(near) + 1);
 }
 
-/// A line with one of its numbers changed, in the base that it is written in.
-fn changed(line: &str, word: usize, by: i128) -> Option<String> {
+/// A line with another number in the place of one of its own, in the base that it is written in.
+fn changed(line: &str, word: usize, other: impl Fn(i128) -> i128) -> Option<String> {
     let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
     let old = words.get(word)?;
     words[word] = match old.strip_prefix("0x") {
-        Some(hex) => format!("{:#x}", i128::from_str_radix(hex, 16).ok()? + by),
-        None => (old.parse::<i128>().ok()? + by).to_string(),
+        Some(hex) => format!("{:#x}", other(i128::from_str_radix(hex, 16).ok()?)),
+        None => other(old.parse().ok()?).to_string(),
     };
-    Some(words.join(" "))
+    Some(words.join(" ")).filter(|changed| changed != line)
 }
+
+/// Where numbers of 8 to 64 bits, with and without sign, begin and end.
+const ENDS: [i128; 9] = [
+    0,
+    u8::MAX as i128,
+    u16::MAX as i128,
+    i32::MIN as i128,
+    i32::MAX as i128,
+    u32::MAX as i128,
+    i64::MIN as i128,
+    i64::MAX as i128,
+    u64::MAX as i128,
+];
 
 /// How many lies were tried, and which are accepted: the place of the number that was changed, 0
 /// where the line is left out or doubled, and the line.
@@ -252,8 +265,16 @@ fn accepted(image: &Image) -> (usize, Vec<(usize, String)>) {
     for (at, line) in lines.iter().enumerate() {
         let mut others = vec![(0, String::new()), (0, format!("{line}\n{line}"))];
         for word in 1..line.split(' ').count() {
-            let all = [1, -1].iter().filter_map(|by| changed(line, word, *by));
-            others.extend(all.map(|other| (word, other)));
+            let by = [1, -1].iter();
+            let by = by.filter_map(|by| changed(line, word, |old| old + by));
+            // More banks that are fetched from are true as well.
+            let holds =
+                |old: i128, end| line.starts_with("function") && word == 3 && old & end == old;
+            let ends = ENDS.iter();
+            let ends = ends.filter_map(|end| {
+                changed(line, word, |old| if holds(old, *end) { old } else { *end })
+            });
+            others.extend(by.chain(ends).map(|other| (word, other)));
         }
         for (word, other) in others {
             let mut all: Vec<&str> = lines.clone();
