@@ -1,5 +1,8 @@
 //! What is proven, from which numbers, and everything that it rests on, in words.
 
+#[cfg(test)]
+mod tests;
+
 use std::fmt::Write;
 
 use whippen_isa::timing::Evidence;
@@ -153,6 +156,10 @@ fn of_board(all: &mut Vec<String>, certificate: &Certificate) {
         true => "a core fetches and accesses data through a port each".to_string(),
         false => "a core fetches and accesses data through one port".to_string(),
     });
+    let dead = certificate.dead;
+    all.push(format!(
+        "an interrupt that leads to {dead:#x} is the end: nothing has to be in time behind it"
+    ));
     for own in &certificate.memories {
         let banks: Vec<String> = own.banks.iter().map(u8::to_string).collect();
         let cycles = |cycles: u16| match cycles {

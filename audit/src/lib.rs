@@ -33,6 +33,8 @@ mod piece;
 mod place;
 mod ranges;
 mod step;
+#[cfg(test)]
+mod tests;
 
 use std::fmt::{self, Display};
 

@@ -53,6 +53,8 @@ fn memories_have_banks_for_their_words() {
     assert_eq!(memory(&|own| own.banks = vec![4, 5]), "");
     let striped = |own: &mut Memory| (own.striped, own.banks) = (true, vec![4, 5, 6]);
     assert_eq!(memory(&striped), "");
+    let none_striped = |own: &mut Memory| (own.striped, own.banks) = (true, Vec::new());
+    assert_eq!(memory(&none_striped), none);
     // What nobody knows the time of has none.
     let unknown = |access, fetch| {
         memory(&move |own| {
