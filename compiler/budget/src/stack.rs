@@ -85,6 +85,11 @@ impl<'a> StackSearch<'a> {
         for (i, item) in block.items.iter().enumerate() {
             if i < last || item.control == Control::Next {
                 place.execute(item, block.context)?;
+                if place.sp > 0 && !self.query.annotations.inside {
+                    return Err(NotBounded::Stack {
+                        address: item.address,
+                    });
+                }
                 self.deepest = self.deepest.min(place.sp);
             }
         }
@@ -344,5 +349,38 @@ mod tests {
         for other in ["ldr lr, [sp]", "ldrh lr, [sp, #4]", "ldr lr, [sp, r3]"] {
             assert_eq!(behind(&[push, other]), Ok((false, vec![-4])), "{other}");
         }
+    }
+
+    /// What lies above belongs to the caller, and an exception writes over it; a piece of a
+    /// function begins where its caller saved.
+    #[test]
+    fn a_function_stays_below_its_caller() {
+        let bounded = |texts: &[&str], inside| {
+            let encoded = texts.iter().flat_map(|text| {
+                let inst = parse(text, Arch::V8M, None).expect("an instruction");
+                let bits = inst.encode(Arch::V8M).expect("it has bits");
+                let (first, second) = bits.halfwords();
+                [Some(first), second].into_iter().flatten()
+            });
+            let bytes: Vec<u8> = encoded.flat_map(u16::to_le_bytes).collect();
+            let annotations = crate::Annotations {
+                inside,
+                ..crate::Annotations::default()
+            };
+            let found = crate::bound(&Query {
+                core: &Core::cortex_m33(),
+                code: &crate::Code::new(0x2000_0000, bytes),
+                entry: 0x2000_0000,
+                annotations: &annotations,
+                interference: None,
+            });
+            found.map(|_| ())
+        };
+        let above = ["nop", "add sp, #8", "sub sp, #8", "bx lr"];
+        let address = 0x2000_0002;
+        assert_eq!(bounded(&above, false), Err(NotBounded::Stack { address }));
+        assert_eq!(bounded(&above, true), Ok(()));
+        let below = ["push {r4}", "add sp, #4", "bx lr"];
+        assert_eq!(bounded(&below, false), Ok(()));
     }
 }
