@@ -153,9 +153,8 @@ pub(crate) fn adds_index(inst: &Inst) -> bool {
 /// Whether an instruction leaves in a register what was there, some constant further.
 pub(crate) fn steps(inst: &Inst, register: u8) -> bool {
     match inst.class() {
-        Class::Load | Class::LoadDual => {
-            inst.wback && inst.n == register && inst.t != register && inst.t2 != register
-        }
+        // None loads the base that it moves.
+        Class::Load | Class::LoadDual => inst.wback && inst.n == register,
         Class::LoadMultiple => inst.n == register && inst.imm >> register & 1 == 0,
         Class::Store | Class::StoreDual | Class::StoreMultiple => inst.n == register,
         _ => matches!(inst.op(), Op::ADD_immediate | Op::SUB_immediate) && inst.n == register,
@@ -171,7 +170,7 @@ fn moved(inst: &Inst) -> Option<i32> {
         (_, Op::PUSH | Op::STMDB | Op::VPUSH | Op::VPUSH_single) => Some(-bytes),
         (_, Op::POP | Op::LDM | Op::VPOP | Op::VPOP_single) => Some(bytes),
         (Class::Load | Class::LoadDual | Class::Store | Class::StoreDual, _)
-            if inst.n == reg::SP && inst.wback && inst.t != reg::SP && inst.t2 != reg::SP =>
+            if inst.n == reg::SP && inst.wback =>
         {
             Some(offset(inst))
         }

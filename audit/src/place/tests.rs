@@ -1,5 +1,7 @@
 //! Where one claim about stack and pointers holds another.
 
+use whippen_isa::{Arch, Inst, ItState, decode, parse};
+
 use super::{Place, Tag};
 
 #[test]
@@ -27,4 +29,108 @@ fn a_place_covers_whoever_claims_more() {
     assert!(!covers(&|own| own.slots[1].1 = Tag::Return(0, 4)));
     assert!(!covers(&|own| own.slots.push((-12, Tag::Section(0x200)))));
     assert!(!covers(&|own| own.sp = -4));
+}
+
+/// What an instruction leaves in R0 of a pointer in R4, where R5 holds a number.
+fn left(text: &str) -> Option<Tag> {
+    let mut place = Place::entered();
+    place.sp = -16;
+    place.registers[4] = Some(Tag::Section(0x100));
+    place.registers[6] = Some(Tag::Return(0, 0));
+    let inst = parse(text, Arch::V8M, None).expect("an instruction");
+    place.execute(&inst, || None).expect("it is possible");
+    place.tag(0)
+}
+
+/// A pointer is moved by constants and by a shifted index; of two words nobody knows which one
+/// points.
+#[test]
+fn a_pointer_is_moved_by_constants_and_by_shifted_indices() {
+    let section = Some(Tag::Section(0x100));
+    for text in [
+        "mov r0, r4",
+        "add.w r0, r4, r5, lsl #2",
+        "add.w r0, r4, r5, lsl #31",
+    ] {
+        assert_eq!(left(text), section, "{text}");
+    }
+    for text in [
+        "add.w r0, r4, r5",
+        "adds r0, r4, r5",
+        "add.w r0, r5, r4, lsl #2",
+        "add.w r0, r4, r5, lsr #2",
+        "add.w r0, r4, r5, asr #2",
+        "add.w r0, r4, r5, ror #2",
+        "sub.w r0, r4, r5, lsl #2",
+        "orr.w r0, r4, r5, lsl #2",
+        "add.w r0, r4, #4",
+        "orr r0, r4, #4",
+        "lsl.w r0, r4, #2",
+        "ldr r0, [r4]",
+        "add.w r0, r6, #4",
+        "add.w r0, r6, r5, lsl #2",
+    ] {
+        assert_eq!(left(text), None, "{text}");
+    }
+    assert_eq!(left("mov r0, r6"), Some(Tag::Return(0, 0)));
+    let moved = |text: &str, register: u8| {
+        let mut place = Place::entered();
+        place.sp = -16;
+        place.registers[4] = section;
+        place.registers[6] = Some(Tag::Return(0, 0));
+        let inst = parse(text, Arch::V8M, None).expect("an instruction");
+        place.execute(&inst, || None).expect("it is possible");
+        place.tag(register)
+    };
+    for text in [
+        "add.w r4, r4, #4",
+        "sub.w r4, r4, #4",
+        "ldr r0, [r4], #4",
+        "ldrd r0, r1, [r4, #8]!",
+        "str r0, [r4], #4",
+        "strd r0, r1, [r4], #8",
+        "ldm r4!, {r0, r1}",
+        "stm r4!, {r0, r1}",
+    ] {
+        assert_eq!(moved(text, 4), section, "{text}");
+        let other = text.replace("r4", "r6");
+        assert_eq!(moved(&other, 6), None, "{other}");
+    }
+    for text in [
+        "ldm r4, {r3, r4}",
+        "ldr r4, [r4]",
+        "ldrd r3, r4, [r4]",
+        "orr r4, r4, #4",
+    ] {
+        assert_eq!(moved(text, 4), None, "{text}");
+    }
+}
+
+/// No core has an instruction that loads the base that it moves.
+#[test]
+fn a_base_that_is_written_back_is_not_loaded() {
+    for text in [
+        "ldr r0, [r0], #4",
+        "ldr r0, [r0, #4]!",
+        "ldrb r0, [r0], #1",
+        "ldrd r0, r1, [r0], #8",
+        "ldrd r1, r0, [r0], #8",
+        "ldrd r1, r0, [r0, #8]!",
+        "ldr sp, [sp], #4",
+        "str sp, [sp, #-4]!",
+        "ldrd sp, r1, [sp], #8",
+        "strd r1, sp, [sp, #-8]!",
+        "strh sp, [sp, #-4]!",
+    ] {
+        assert!(encodes(text).is_none(), "{text}");
+    }
+    assert!(encodes("ldr r1, [r0], #4").is_some());
+    assert!(encodes("ldrd r1, r2, [r0], #8").is_some());
+}
+
+/// An instruction as its bits are read again.
+fn encodes(text: &str) -> Option<Inst> {
+    let inst = parse(text, Arch::V8M, None).ok()?;
+    let (first, second) = inst.encode(Arch::V8M).ok()?.halfwords();
+    decode(first, second.unwrap_or(0), Arch::V8M, ItState::OUTSIDE).ok()
 }
