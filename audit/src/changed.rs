@@ -67,8 +67,11 @@ fn image() -> Vec<u8> {
     file(&sections)
 }
 
+/// Code and constants, certificate, Kernels.
+type Accepted = (Vec<(u32, u64)>, Certificate, Option<String>);
+
 /// What is accepted of a file: its code and constants, its certificate, its Kernels.
-fn accepted(file: &[u8]) -> Result<(Vec<(u32, u64)>, Certificate, Option<String>), String> {
+fn accepted(file: &[u8]) -> Result<Accepted, String> {
     let elf = Elf::read(file)?;
     let certificate = Certificate::read(elf.certificate.as_deref().unwrap_or_default())?;
     audit(&elf, &certificate).map_err(|why| why.to_string())?;

@@ -33,34 +33,35 @@ fn an_image_is_that_of_its_certificate() {
         other.why()
     };
     assert_eq!(with(&|_| ()), "");
-    let changes: [(&dyn Fn(&mut Image), &str); 6] = [
+    type Change = fn(&mut Image);
+    let changes: [(Change, &str); 6] = [
         (
-            &|own| own.certificate.core = "cortex-m7".to_string(),
+            |own| own.certificate.core = "cortex-m7".to_string(),
             "`cortex-m7` is no core",
         ),
         (
-            &|own| own.certificate.table += 1,
+            |own| own.certificate.table += 1,
             "the cycles of the core are not those that it is proven with",
         ),
         (
-            &|own| own.certificate.sections[0].1 += 1,
+            |own| own.certificate.sections[0].1 += 1,
             "code or constants are not those that the certificate is of",
         ),
         (
-            &|own| own.certificate.kernels += 1,
+            |own| own.certificate.kernels += 1,
             "the Kernels are not those that the certificate is of",
         ),
         (
-            &|own| own.elf.kernels = Some("kernel".to_string()),
+            |own| own.elf.kernels = Some("kernel".to_string()),
             "the Kernels are not those that the certificate is of",
         ),
         (
-            &|own| own.certificate.cores = 0,
+            |own| own.certificate.cores = 0,
             "not every core has a frame for every program",
         ),
     ];
     for (change, why) in changes {
-        assert_eq!(with(change), why);
+        assert_eq!(with(&change), why);
     }
 }
 

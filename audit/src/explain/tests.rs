@@ -203,7 +203,7 @@ fn what_is_proven_is_told() {
         promises: Vec::new(),
     };
     let own = board();
-    let of = |class| explain(&own, &[frame(class)], &[ranges.clone()]);
+    let of = |class| explain(&own, &[frame(class)], std::slice::from_ref(&ranges));
     let sure = |class, text: &str| {
         let says = format!("3 keys or parts of at most 11 cycles; {text}\n");
         assert!(of(class).contains(&says), "{says}");

@@ -164,11 +164,8 @@ impl Lines<'_> {
 /// `v1 v2`
 fn yielded(values: &str) -> Option<Vec<u32>> {
     let mut words = LineWords::of(values);
-    let mut all = Vec::new();
-    while let Some(word) = words.next() {
-        all.push(value(&word)?);
-    }
-    words.end(all)
+    let all: Option<Vec<u32>> = words.by_ref().map(|word| value(&word)).collect();
+    words.end(all?)
 }
 
 /// The words of a line: names (without their quotes), numbers, intervals, signs.
