@@ -286,8 +286,8 @@ fn distinct<T: Ord>(all: impl Iterator<Item = T>) -> bool {
 }
 
 impl Certificate {
-    /// That nothing is said twice, memories and buses lie apart, a DMA uses one of these, every core
-    /// has a frame for every program, and numbers are such that sums of them are.
+    /// That nothing is said twice, memories and buses lie apart, a DMA uses one of these, every
+    /// core has a frame for every program, and numbers are such that sums of them are.
     pub(crate) fn is_well_formed(&self) -> Result<(), &'static str> {
         self.has_board()?;
         let targets = self

@@ -134,3 +134,53 @@ fn encodes(text: &str) -> Option<Inst> {
     let (first, second) = inst.encode(Arch::V8M).ok()?.halfwords();
     decode(first, second.unwrap_or(0), Arch::V8M, ItState::OUTSIDE).ok()
 }
+
+/// Where the stack pointer is behind an instruction, from 16 bytes below its caller's on.
+#[test]
+fn the_stack_pointer_is_where_an_instruction_moves_it() {
+    let behind = |text: &str| {
+        let mut place = Place::entered();
+        place.sp = -16;
+        let inst = parse(text, Arch::V8M, None).expect("an instruction");
+        place.execute(&inst, || None).map(|()| place.sp)
+    };
+    for (text, sp) in [
+        ("add sp, #8", -8),
+        ("add sp, #16", 0),
+        ("sub sp, #8", -24),
+        ("push {r0, r1}", -24),
+        ("pop {r0, r1}", -8),
+        ("vpush {s0}", -20),
+        ("vpop {s0}", -12),
+        ("vpush {d0}", -24),
+        ("vpop {d0}", -8),
+        ("str r0, [sp, #-8]!", -24),
+        ("ldr r0, [sp], #8", -8),
+        ("ldr r0, [sp, #4]!", -12),
+        ("ldr r0, [sp, #-4]!", -20),
+        ("strd r0, r1, [sp, #-8]!", -24),
+        ("ldrd r0, r1, [sp], #8", -8),
+        ("ldr r0, [sp, #4]", -16),
+        ("str r0, [r1], #4", -16),
+        ("ldm r0!, {r1, r2}", -16),
+    ] {
+        assert_eq!(behind(text), Ok(sp), "{text}");
+    }
+    let unknown = Err("moves the stack pointer nobody knows where");
+    for text in [
+        "mov sp, r0",
+        "add sp, r0",
+        "sub.w sp, sp, r0",
+        "ldr sp, [r0]",
+        "ldr sp, [r0], #4",
+        "ldr sp, [sp, #4]",
+        "ldr r0, [sp], #2",
+    ] {
+        assert_eq!(behind(text), unknown, "{text}");
+    }
+    let out = Err("moves the stack pointer out of its stack");
+    assert_eq!(
+        [behind("add sp, #20"), behind("ldr r0, [sp], #20")],
+        [out; 2]
+    );
+}
