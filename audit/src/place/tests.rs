@@ -184,3 +184,112 @@ fn the_stack_pointer_is_where_an_instruction_moves_it() {
         [out; 2]
     );
 }
+
+/// The lowest four words of a stack hold a pointer each, the highest of them a return address.
+fn four() -> (Place, [Tag; 4]) {
+    let tags = [
+        Tag::Section(0x100),
+        Tag::Section(0x200),
+        Tag::Section(0x300),
+        Tag::Return(0, 0),
+    ];
+    let mut place = Place::entered();
+    place.sp = -16;
+    place.slots = (-4..0).map(|nth| 4 * nth).zip(tags).collect();
+    place.registers[4] = Some(Tag::Section(0x400));
+    (place, tags)
+}
+
+/// What is stored over is gone, in whole words; a pointer that is stored whole is kept.
+#[test]
+fn a_store_leaves_what_it_does_not_meet() {
+    let own = Some(Tag::Section(0x400));
+    // Of the word below the stack pointer, and of the four above, which hold what they did (`=`),
+    // nothing (`-`), or what R4 holds (`4`).
+    for (text, left) in [
+        ("str r0, [r1]", "-===="),
+        ("str r0, [sp]", "--==="),
+        ("str r0, [sp, #4]", "-=-=="),
+        ("str r4, [sp, #4]", "-=4=="),
+        ("strb r4, [sp, #7]", "-=-=="),
+        ("strh r4, [sp, #8]", "-==-="),
+        ("str r0, [sp], #-8", "--==="),
+        ("str r4, [sp], #-8", "-4==="),
+        ("str r4, [sp, #-8]!", "-===="),
+        ("strd r4, r0, [sp]", "-4-=="),
+        ("strd r0, r4, [sp, #8]", "-==-4"),
+        ("push {r4}", "4===="),
+        ("push {r0, r4}", "4===="),
+        ("push {r4, r5}", "-===="),
+        ("stm sp, {r0, r4}", "--4=="),
+        ("vstr s0, [sp, #4]", "-=-=="),
+        ("vstr d0, [sp, #4]", "-=--="),
+        ("vpush {s0}", "-===="),
+        ("vstmia sp, {s0-s1}", "---=="),
+        ("str r0, [sp, r1]", "-----"),
+        ("stl r0, [sp]", "-----"),
+        ("ldr r0, [sp, #4]", "-===="),
+    ] {
+        let (mut place, tags) = four();
+        let inst = parse(text, Arch::V8M, None).unwrap_or_else(|why| panic!("{text}: {why:?}"));
+        place.execute(&inst, || None).expect(text);
+        let found = (-5..0).map(|nth| match place.at(4 * nth) {
+            None => '-',
+            tag if tag == own => '4',
+            Some(tag) => {
+                assert_eq!(tag, tags[(nth + 4) as usize], "{text}");
+                '='
+            }
+        });
+        assert_eq!(found.collect::<String>(), left, "{text}");
+    }
+    for (text, why) in [
+        ("str r0, [sp, #16]", "stores into its caller's stack"),
+        ("strb r0, [sp, #16]", "stores into its caller's stack"),
+        ("vstr d0, [sp, #12]", "stores into its caller's stack"),
+        ("strd r0, r1, [sp, #12]", "stores into its caller's stack"),
+        ("str r0, [sp, #-4]", "stores below its stack"),
+        ("vstr s0, [sp, #-4]", "stores below its stack"),
+        ("str r0, [sp], #8", "stores below its stack"),
+    ] {
+        let inst = parse(text, Arch::V8M, None).unwrap_or_else(|why| panic!("{text}: {why:?}"));
+        assert_eq!(four().0.execute(&inst, || None), Err(why), "{text}");
+    }
+}
+
+/// A whole word that is loaded from the stack is what was there.
+#[test]
+fn a_load_finds_what_was_stored() {
+    for (text, found) in [
+        ("ldr r0, [sp]", Some(0)),
+        ("ldr r0, [sp, #12]", Some(3)),
+        ("ldr r0, [sp], #8", Some(0)),
+        ("ldr r0, [sp, #8]!", Some(2)),
+        ("ldr r0, [sp, #-8]!", None),
+        ("ldrd r0, r1, [sp, #4]", Some(1)),
+        ("ldrd r1, r0, [sp, #4]", Some(2)),
+        ("pop {r0}", Some(0)),
+        ("ldm sp, {r0, r1}", Some(0)),
+        ("ldrh r0, [sp]", None),
+        ("ldrb r0, [sp]", None),
+        ("ldr r0, [sp, r1]", None),
+        ("ldr r0, [r1]", None),
+        ("add r0, sp, #4", None),
+    ] {
+        let (mut place, tags) = four();
+        place.registers[0] = Some(Tag::Return(9, 0));
+        let inst = parse(text, Arch::V8M, None).unwrap_or_else(|why| panic!("{text}: {why:?}"));
+        place.execute(&inst, || None).expect(text);
+        assert_eq!(place.tag(0), found.map(|nth: usize| tags[nth]), "{text}");
+    }
+    let (mut place, tags) = four();
+    let inst = parse("pop {r0, r1, r2}", Arch::V8M, None).expect("an instruction");
+    place.execute(&inst, || None).expect("it is possible");
+    assert_eq!(
+        [0, 1, 2].map(|register| place.tag(register)),
+        [0, 1, 2].map(|nth| Some(tags[nth]))
+    );
+    assert_eq!(place.slots, [(-4, tags[3])]);
+    let inst = parse("pop {r4, pc}", Arch::V8M, None).expect("an instruction");
+    assert_eq!(four().0.loaded_pc(&inst), Some(tags[1]));
+}

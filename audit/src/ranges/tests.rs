@@ -170,6 +170,7 @@ fn promises_are_collected() {
     ] {
         let found = check_ranges(&text(statement)).expect("it is taken");
         assert_eq!(found[0].promises, [statement]);
+        assert_eq!(found[0].kernel, "k");
     }
 }
 
@@ -355,6 +356,8 @@ fn a_loop_has_room_for_what_each_round_gives() {
     let one = |body| looped("4", params, body, "[2..7]");
     assert_eq!(one("yield v1"), "");
     assert_eq!(looped("4", params, "yield v13", "[-3..7]"), "");
+    let once = "v12: i32 [0..0], v13: i32 [-3..7] = v0";
+    assert_eq!(looped("1", once, "yield v1", "[2..7]"), "");
     assert!(one("yield v13").ends_with("[2..7] is declared, [-3..7] is computed"));
     assert!(one("yield v11").ends_with("[-3..7] is declared, [5..9] is computed"));
     assert!(one("yield v3").ends_with("i32 is declared, i64 is computed"));
