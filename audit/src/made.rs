@@ -286,6 +286,10 @@ impl Image {
         (own.stack, own.hands_stack) = (seen.stack, seen.hands_stack);
         own.pieces[nth] = piece;
         for (at, state) in handed {
+            if own.kind == Kind::Until {
+                own.until = Some((at, state.pipe.to_bits()));
+                continue;
+            }
             let next = own.pieces.iter_mut().find(|piece| piece.entry == at);
             let next = next.expect("a piece");
             next.begins = state.pipe.to_bits();
@@ -315,10 +319,12 @@ fn explore_from(
     let node = |context, at| Node { context, at, it: 0 };
     let heads = piece.rounds.iter().map(|own| node(own.0, own.1));
     let nodes: BTreeSet<Node> = heads.chain([node(0, piece.entry)]).collect();
+    let (place, entry) = (piece.places.first(), piece.entry);
+    let none = || Refusal::at(entry, "is never come to");
     let begins = State {
         pipe: Pipe::from_bits(piece.begins),
         facts,
-        place: piece.places[0].clone(),
+        place: place.cloned().ok_or_else(none)?,
         last: Last::default(),
     };
     let (mut handed, mut open) = (Vec::new(), vec![(node(0, piece.entry), begins)]);

@@ -1,5 +1,7 @@
 //! Potentials: loops, pieces, and what a certificate may not claim, in small images.
 
+mod ended;
+
 use whippen_isa::timing::{Evidence, Pipe};
 
 use super::{Check, node_of};

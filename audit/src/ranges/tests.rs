@@ -162,6 +162,21 @@ fn a_refusal_says_both_intervals() {
     );
 }
 
+/// A value lies in its type, and there is one.
+#[test]
+fn a_value_is_one_of_its_type() {
+    for (statement, range) in [
+        (
+            "v12: i32 [-4294967296..4294967294] = add v8 v8",
+            "[-4294967296..4294967294]",
+        ),
+        ("v12: i32 [9..5] = assume v0 9 20", "[9..5]"),
+    ] {
+        let says = format!("{range} does not lie in an i32");
+        assert!(why(statement).ends_with(&says), "{}", why(statement));
+    }
+}
+
 #[test]
 fn promises_are_collected() {
     for statement in [
