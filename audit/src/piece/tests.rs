@@ -111,11 +111,15 @@ fn a_loop_takes_its_rounds() {
         cycles(none),
         Err("heads a loop without a bound".to_string())
     );
+    // What is known to end is followed to its end.
+    assert_eq!(cycles(looping(&COUNTS, &[])), Ok(1 + 9 * 3 - 2 + 1));
+}
+
+#[test]
+fn a_loop_without_an_end_is_refused() {
     let endless = "is walked through endlessly between two points";
     let unknown = ["movs r1, #9", "subs r0, #1", "bne .-2", "bx lr"];
     assert_eq!(cycles(looping(&unknown, &[])), Err(endless.to_string()));
-    // What is known to end is followed to its end.
-    assert_eq!(cycles(looping(&COUNTS, &[])), Ok(1 + 9 * 3 - 2 + 1));
     let none = cycles(looping(&["b .+0"], &[]));
     assert_eq!(none, Err("no cycles are enough".to_string()));
 }
@@ -245,15 +249,11 @@ fn changed(line: &str, word: usize, other: impl Fn(i128) -> i128) -> Option<Stri
     Some(words.join(" ")).filter(|changed| changed != line)
 }
 
-/// Where numbers of 8 to 64 bits, with and without sign, begin and end.
-const ENDS: [i128; 9] = [
+/// Where numbers of 32 and 64 bits, with and without sign, begin and end.
+const ENDS: [i128; 5] = [
     0,
-    u8::MAX as i128,
-    u16::MAX as i128,
     i32::MIN as i128,
-    i32::MAX as i128,
     u32::MAX as i128,
-    i64::MIN as i128,
     i64::MAX as i128,
     u64::MAX as i128,
 ];
