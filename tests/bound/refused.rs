@@ -12,11 +12,17 @@ fn spring() -> Image {
     Image::new(compiled.expect("it is bundled"), 4)
 }
 
-/// The timer's vector leads to code that nobody bounds.
+/// The timer's vector leads to code that nobody bounds, or to the handler, as the tick's does.
 #[test]
 fn another_interrupt_has_no_bound() {
+    for other in ["midi_step", "tick_core1"] {
+        refuses_interrupt(other);
+    }
+}
+
+fn refuses_interrupt(other: &str) {
     let mut image = spring();
-    let (table, other) = (image.symbol("vectors1"), image.symbol("midi_step"));
+    let (table, other) = (image.symbol("vectors1"), image.symbol(other));
     let section = image
         .whole
         .image

@@ -405,6 +405,76 @@ fn what_cannot_be_is_not_claimed() {
     }
 }
 
+/// Each entry of a table is another one, and is named by a number that it has.
+#[test]
+fn an_entry_is_there_once() {
+    let proven = looping(&NESTED, &[(2, 9, 29), (4, 9, 3)]).prove();
+    let proven = proven.expect("it is proven");
+    let with = |change: &dyn Fn(&mut Piece)| {
+        let mut other = proven.clone();
+        change(&mut other.function(0).pieces[0]);
+        other.why()
+    };
+    assert_eq!(with(&|_| ()), "");
+    let twice = "has an entry that nothing needs";
+    let changes: [fn(&mut Piece); 3] = [
+        |own| {
+            own.places
+                .push(own.places[own.points[1].place as usize].clone());
+            own.points[1].place = own.places.len() as u32 - 1;
+        },
+        |own| {
+            let number = own.points[1].states[0].0 as usize;
+            own.pipes.push(own.pipes[number]);
+            own.points[1].states[0].0 = own.pipes.len() as u32 - 1;
+        },
+        |own| {
+            let number = own.points[1].states[0].1 as usize;
+            own.facts.push(own.facts[number].clone());
+            own.points[1].states[0].1 = own.facts.len() as u32 - 1;
+        },
+    ];
+    for (nth, change) in changes.iter().enumerate() {
+        let mut own = proven.clone();
+        let before = own.function(0).pieces[0].clone();
+        change(&mut own.function(0).pieces[0]);
+        let used = |piece: &Piece| {
+            let states = piece.points.iter().flat_map(|point| &point.states);
+            let places = piece.points.iter().map(|point| point.place);
+            let [mut pipes, mut facts] = [0, 1].map(|_| std::collections::BTreeSet::new());
+            for (pipe, fact, _) in states {
+                pipes.insert(*pipe);
+                facts.insert(*fact);
+            }
+            [
+                places.collect::<std::collections::BTreeSet<_>>(),
+                pipes,
+                facts,
+            ]
+            .map(|all| all.len())
+        };
+        // Only then the copy is what nothing needs.
+        assert_eq!(
+            used(&own.function(0).pieces[0])[nth],
+            used(&before)[nth] + 1
+        );
+        assert!(own.why().ends_with(twice), "{nth}: {}", own.why());
+    }
+    let names = "names an entry that is not there";
+    let changes: [fn(&mut Piece); 5] = [
+        |own| own.place = own.places.len() as u32,
+        |own| own.points[1].place = own.places.len() as u32,
+        |own| own.points[1].loops[0] = own.rounds.len() as u32,
+        |own| own.points[1].states[0].0 = own.pipes.len() as u32,
+        |own| own.points[1].states[0].1 = own.facts.len() as u32,
+    ];
+    for (nth, change) in changes.iter().enumerate() {
+        let why = with(change);
+        let entered = nth == 0 && why.ends_with("is entered with another stack than is claimed");
+        assert!(why.ends_with(names) || entered, "{nth}: {why}");
+    }
+}
+
 /// What is known on a way of more instructions than there are numbers for names is known at its
 /// end.
 #[test]

@@ -1,13 +1,16 @@
 //! What a core runs while it plays, and nothing else: its tick and what is between ticks, in
 //! sections of its own.
 
+use std::mem;
+
 use super::graph::{Graph, Tables};
 use super::program::Program;
 use super::tick_handler::{OnCore, find};
 use super::{NotBounded, Query};
 use whippen_firmware::{DEAD, Owner, Running, owner};
 
-/// Whatever a core's table of vectors holds leads to the handler or to the end.
+/// Whatever a core's table of vectors holds leads to the end, but for the one interrupt that its
+/// handler is for.
 pub(super) fn only_handler(
     program: &Program,
     running: &Running,
@@ -15,9 +18,12 @@ pub(super) fn only_handler(
 ) -> Result<(), NotBounded> {
     let (table, dead) = (find(program, running.vectors)?, find(program, DEAD)?);
     // The first two words are not used after the start.
+    let mut handled = false;
     for at in program.words_of(table).skip(2) {
         let vector = program.code.word(at).unwrap_or(0) & !1;
-        if vector != 0 && vector != handler && vector != dead {
+        // One interrupt asks for a tick.
+        let handles = vector == handler && !mem::replace(&mut handled, true);
+        if vector != 0 && !handles && vector != dead {
             return Err(NotBounded::Interrupts { address: vector });
         }
     }
