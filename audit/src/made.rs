@@ -207,6 +207,15 @@ impl Image {
         for number in 0..count {
             self.prove_function(number)?;
         }
+        self.sum()?;
+        Ok(self)
+    }
+
+    /// Claims the frame's cycles and stack.
+    ///
+    /// # Errors
+    /// What they cannot be summed from.
+    pub fn sum(&mut self) -> Result<(), Refusal> {
         let core = core_of(&self.certificate.core).expect("a core");
         let (parts, stack) = {
             let around = Around::new(&self.certificate, &self.elf, 0)?;
@@ -215,7 +224,7 @@ impl Image {
         let frame = &mut self.certificate.frames[0];
         frame.cycles = parts.iter().map(|(_, cycles)| cycles).sum();
         frame.stack = stack;
-        Ok(self)
+        Ok(())
     }
 
     /// The cycles of a piece of a function, both from the last one on, as claimed.
@@ -230,6 +239,15 @@ impl Image {
         for piece in 0..pieces {
             self.explore(number, piece)?;
         }
+        self.solve(number)
+    }
+
+    /// Claims the cycles of a function's states.
+    ///
+    /// # Errors
+    /// What is refused whatever is claimed.
+    pub fn solve(&mut self, number: usize) -> Result<(), Refusal> {
+        let pieces = self.certificate.frames[0].functions[number].pieces.len();
         for piece in 0..pieces {
             let function = self.certificate.frames[0].functions[number].clone();
             let claimed = function.pieces[piece].clone();

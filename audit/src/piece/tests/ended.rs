@@ -1,6 +1,7 @@
 //! Pieces that end elsewhere than with a return: at a place, or where the next leg begins.
 
 use crate::certificate::{Function, Kind, Piece};
+use crate::facts::Facts;
 use crate::made::{HANDLER, Image, function};
 
 /// Where the function stands.
@@ -184,4 +185,46 @@ fn a_leg_begins_as_the_one_before_it_ends() {
     assert!(with(&|own| own.places[0].sp = -4).ends_with(stack));
     let tag = Some(crate::place::Tag::Section(HANDLER));
     assert!(with(&|own| own.places[0].registers[4] = tag).ends_with(stack));
+}
+
+/// Two ways come to the division, one of which knows that it is passed by.
+const KNOWN: [&str; 6] = [
+    "cbz r1, .+6",
+    "movs r0, #0",
+    "b .+2",
+    "cbz r0, .+6",
+    "udiv r2, r0, r1",
+    "bx lr",
+];
+
+/// The claims at the place where both ways meet, `true` for what one of them knows.
+fn met(claims: &[bool]) -> String {
+    let mut image = Image::new(&KNOWN, &[], Vec::new());
+    image = image.prove().expect("it is proven");
+    let piece = &mut image.function(0).pieces[0];
+    let mut known = Facts::default();
+    known.set(0, [0, 0]);
+    piece.facts = vec![Facts::default(), known];
+    let mut point = piece.points[0].clone();
+    point.at = HANDLER + 6;
+    let states = claims
+        .iter()
+        .map(|known| (0, u32::from(*known), -1_000_000));
+    point.states = states.collect();
+    piece.points.push(point);
+    let last = image.certificate.frames[0].functions.len() - 1;
+    let proven = image.solve(last).and_then(|()| image.sum());
+    match proven {
+        Err(why) => why.why,
+        Ok(()) => image.why(),
+    }
+}
+
+/// What arrives is held by the claim of which the least remains, and by one that covers it.
+#[test]
+fn the_least_claim_that_covers_a_state_holds_it() {
+    assert_eq!([met(&[false, true]), met(&[true, false])], ["", ""]);
+    assert_eq!(met(&[true]), "is met in a state that is not claimed");
+    // Enough for both ways, but then nobody needs to know.
+    assert!(met(&[false]).ends_with("has an entry that nothing needs"));
 }
