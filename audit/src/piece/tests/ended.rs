@@ -1,5 +1,6 @@
 //! Pieces that end elsewhere than with a return: at a place, or where the next leg begins.
 
+use super::looping;
 use crate::certificate::{Function, Kind, Piece};
 use crate::facts::Facts;
 use crate::made::{HANDLER, Image, function};
@@ -227,4 +228,32 @@ fn the_least_claim_that_covers_a_state_holds_it() {
     assert_eq!(met(&[true]), "is met in a state that is not claimed");
     // Enough for both ways, but then nobody needs to know.
     assert!(met(&[false]).ends_with("has an entry that nothing needs"));
+}
+
+/// One loop is left where the next one is entered.
+#[test]
+fn a_loop_may_lead_into_the_next_one() {
+    let texts = [
+        "movs r0, #9",
+        "movs r1, #9",
+        "subs r0, #1",
+        "bne .-2",
+        "subs r1, #1",
+        "bne .-2",
+        "bx lr",
+    ];
+    let mut image = looping(&texts, &[(4, 9, 3), (8, 9, 3)]);
+    for number in 0..2 {
+        assert_eq!(image.explore(number, 0), Ok(()));
+        for point in &mut image.function(1 - number).pieces[0].points {
+            if point.at == HANDLER + 8 {
+                point.loops = vec![1];
+            }
+        }
+        assert_eq!(image.solve(number), Ok(()));
+    }
+    assert_eq!(image.sum(), Ok(()));
+    assert_eq!(image.why(), "");
+    let rounds = 9 * 3 - 2;
+    assert_eq!(image.cycles(0, 0), 2 + rounds + rounds + 1);
 }
