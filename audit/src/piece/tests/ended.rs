@@ -200,11 +200,17 @@ const KNOWN: [&str; 6] = [
 
 /// The claims at the place where both ways meet, `true` for what one of them knows.
 fn met(claims: &[bool]) -> String {
+    met_with(claims, [0, 0], !0)
+}
+
+/// The same with other words and flags that are known.
+fn met_with(claims: &[bool], words: [i64; 2], flags: u16) -> String {
     let mut image = Image::new(&KNOWN, &[], Vec::new());
     image = image.prove().expect("it is proven");
     let piece = &mut image.function(0).pieces[0];
     let mut known = Facts::default();
-    known.set(0, [0, 0]);
+    known.set(0, words);
+    known.flags = flags;
     piece.facts = vec![Facts::default(), known];
     let mut point = piece.points[0].clone();
     point.at = HANDLER + 6;
@@ -226,6 +232,19 @@ fn met(claims: &[bool]) -> String {
 fn the_least_claim_that_covers_a_state_holds_it() {
     assert_eq!([met(&[false, true]), met(&[true, false])], ["", ""]);
     assert_eq!(met(&[true]), "is met in a state that is not claimed");
+    // What is known is what arrives, no more; of flags N and Z here.
+    let both = |words, flags| met_with(&[false, true], words, flags);
+    assert_eq!([both([0, 0], !0), both([0, 0], 0xf0)], ["", ""]);
+    for (words, flags) in [
+        ([0, 1], !0),
+        ([-1, 0], !0),
+        ([1, 1], !0),
+        ([0, 0], 0xf1),
+        ([0, 0], 0x10),
+    ] {
+        let why = both(words, flags);
+        assert!(why.ends_with("has a state that nothing needs"), "{why}");
+    }
     // Enough for both ways, but then nobody needs to know.
     assert!(met(&[false]).ends_with("has an entry that nothing needs"));
 }
