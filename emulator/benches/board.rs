@@ -30,7 +30,8 @@ fn machine(elf: &Elf, keys: u32, ticks: u32) -> (Machine, Ports) {
         ..ConverterSetup::default()
     };
     let (mut m, ports) = build(kind, board, setup).expect("a board");
-    elf.load(&mut m.bus.memory, true).expect("an image that fits");
+    elf.load(&mut m.bus.memory, true)
+        .expect("an image that fits");
     let converter: &mut Converter = m.bus.device_mut(ports.converter).expect("a converter");
     let mut noise = 12345_u32;
     for tick in 0..ticks {
@@ -54,7 +55,10 @@ fn hash(m: &Machine) -> u64 {
 }
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let arguments: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| a != "--bench")
+        .collect();
     let [file, keys, runs @ ..] = &arguments[..] else {
         return println!("skipped: -- FILE.elf KEYS SECONDS.. says what runs");
     };

@@ -80,7 +80,7 @@ impl Machine {
     }
 
     /// The earliest cycle in which a device or a timer is due.
-    fn next_due(&self) -> u64 {
+    pub(crate) fn next_due(&self) -> u64 {
         let timers = self.cores.iter().map(|c| c.cpu.system.systick.due()).min();
         self.bus.due().min(timers.unwrap_or(u64::MAX))
     }
@@ -120,7 +120,9 @@ impl Machine {
         let fast = !looks(observer) && !self.has_breakpoints();
         while let Some(mut core) = self.next_core() {
             if fast && self.tries_apart(self.cores[core].cycle) {
-                self.try_apart(horizon);
+                if self.try_apart(horizon)? {
+                    break;
+                }
                 core = self.next_core().unwrap_or(core);
             }
             let changed = self.cores[core].cpu.system.changed && !first;
@@ -199,7 +201,7 @@ impl Machine {
     }
 
     /// Starts and halts cores as devices asked.
-    fn obey(&mut self) {
+    pub(crate) fn obey(&mut self) {
         if !std::mem::take(&mut self.bus.lines.changed) {
             return;
         }
