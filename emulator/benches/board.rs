@@ -1,9 +1,9 @@
 //! How fast an image of `whippen build` runs on both cores of an emulated RP2350, fed with made-up
 //! sensor words: keys that go up and down.
 //!
-//! `cargo bench -p whippen-emulator --bench board -- FILE.elf KEYS SECONDS..`; a run for each number
-//! of seconds of the board, with what must not change between versions: instructions, cycles waited,
-//! ticks, and a hash of RAM.
+//! `cargo bench -p whippen-emulator --bench board -- FILE.elf KEYS SECONDS..`: a run for each of
+//! these numbers of seconds of the board, with what must not change between versions: instructions,
+//! cycles waited, ticks, and a hash of RAM.
 
 use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, build, elf::Elf};
 

@@ -29,7 +29,7 @@ use crate::cpu::Activity;
 use crate::machine::Machine;
 use crate::stop::Stop;
 pub(crate) use trail::{Before, Stretch, Trail};
-use window::Outcome;
+use window::WindowEnd;
 
 /// Cycles of a window at least, which it has at first, and at most.
 const WINDOW_MIN: u64 = 1 << 6;
@@ -102,7 +102,7 @@ impl Machine {
             self.apart.from = now + TURNS_BUSY;
             return Ok(false);
         };
-        let met = outcome == Outcome::Met;
+        let met = outcome == WindowEnd::Met;
         let gained = self.now() - now;
         self.apart.cycles += gained;
         self.apart.turns = match gained >= GAIN_MIN {
@@ -112,11 +112,11 @@ impl Machine {
         if met || gained < GAIN_MIN {
             self.apart.from = now + gained + self.apart.turns;
         }
-        self.apart.window = match outcome != Outcome::Stood {
+        self.apart.window = match outcome != WindowEnd::Stood {
             true => WINDOW_MIN,
             false => (8 * self.apart.window).min(WINDOW_MAX),
         };
-        Ok(outcome == Outcome::Changed)
+        Ok(outcome == WindowEnd::Changed)
     }
 }
 

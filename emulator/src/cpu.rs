@@ -62,7 +62,7 @@ pub struct Cpu {
 
 /// What instructions change that do not need the exact cycle: all but the system's registers.
 #[derive(Clone, Copy)]
-pub(crate) struct Registers {
+pub(crate) struct SavedRegisters {
     r: [u32; 16],
     pc: u32,
     negative: u32,
@@ -131,8 +131,8 @@ impl Cpu {
     }
 
     /// What instructions change that do not need the exact cycle.
-    pub(crate) fn registers(&self) -> Registers {
-        Registers {
+    pub(crate) fn registers(&self) -> SavedRegisters {
+        SavedRegisters {
             r: self.r,
             pc: self.pc,
             negative: self.negative,
@@ -150,7 +150,7 @@ impl Cpu {
     }
 
     /// Puts them back.
-    pub(crate) fn set_registers(&mut self, registers: &Registers) {
+    pub(crate) fn set_registers(&mut self, registers: &SavedRegisters) {
         self.r = registers.r;
         self.pc = registers.pc;
         self.negative = registers.negative;

@@ -1,4 +1,4 @@
-//! A tick of a string (`wave`), by the Kernel's definition (`whippen_kernel::wave`): point by point,
+//! A tick of a string (`wave`) by the Kernel's definition (`whippen_kernel::wave`), point by point,
 //! from the slopes and rates before it. Its code is a routine, which is run as any other code is.
 
 use whippen_kernel::{Inst, wave};

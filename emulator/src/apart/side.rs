@@ -4,7 +4,7 @@
 use super::trail::{Before, Stretch, Trail};
 use crate::bus::Bus;
 use crate::core::{Core, Run};
-use crate::cpu::Registers;
+use crate::cpu::SavedRegisters;
 use crate::memory::NO_PORT;
 use crate::op::Flow;
 use crate::outcome::Outcomes;
@@ -40,7 +40,7 @@ pub(super) enum Reach {
 
 /// A core as it was.
 pub(super) struct Saved {
-    registers: Registers,
+    registers: SavedRegisters,
     pipe: (u16, Pipe),
     cycle: u64,
     instructions: u64,

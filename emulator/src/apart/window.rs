@@ -10,7 +10,7 @@ use crate::stop::Stop;
 
 /// How a window ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Outcome {
+pub(super) enum WindowEnd {
     /// All instructions before its end ran.
     Stood,
     /// Cores met, or will.
@@ -34,7 +34,7 @@ struct Window {
 
 impl Machine {
     /// One window. Nothing where cores cannot run apart now.
-    pub(super) fn window(&mut self, start: u64, horizon: u64) -> Result<Option<Outcome>, Stop> {
+    pub(super) fn window(&mut self, start: u64, horizon: u64) -> Result<Option<WindowEnd>, Stop> {
         let running = |i: &usize| self.cores[*i].cpu.activity == Activity::Running;
         let pair = self.cores.len() == 2 && (0..2).all(|i| running(&i));
         let even = self.bus.divides && self.bus.memory.is_shared() && self.bus.fabric.is_even();
@@ -63,7 +63,7 @@ impl Machine {
         loop {
             if !(0..2).all(|i| self.cores[i].is_numbered_as(&window.saved[i])) {
                 self.take_both_back(&window);
-                return Ok(Some(Outcome::Met));
+                return Ok(Some(WindowEnd::Met));
             }
             let behind = self.behind(&window);
             let meeting = self.meeting(&window).filter(|meeting| {
@@ -74,12 +74,12 @@ impl Machine {
             if let Some(meeting) = meeting {
                 self.apart.back += 1;
                 self.cut_both(&window, meeting.min(window.end));
-                return Ok(Some(Outcome::Met));
+                return Ok(Some(WindowEnd::Met));
             }
             let Some(core) = behind else {
                 (0..2).for_each(|core| self.settle(core, window.end));
                 self.apart.stood += 1;
-                return Ok(Some(Outcome::Stood));
+                return Ok(Some(WindowEnd::Stood));
             };
             if let Some(outcome) = self.act(core, &mut window)? {
                 self.apart.stood += 1;
@@ -97,7 +97,7 @@ impl Machine {
 
     /// Lets the core that is behind do what stopped it, and go on apart; how the window ends if it
     /// does.
-    fn act(&mut self, core: usize, window: &mut Window) -> Result<Option<Outcome>, Stop> {
+    fn act(&mut self, core: usize, window: &mut Window) -> Result<Option<WindowEnd>, Stop> {
         let (other, cycle) = (1 - core, self.cores[core].cycle);
         let beside = self.cores[other].cycle == cycle && self.is_still_in(core, cycle);
         if beside || !self.may_act(core, window.reach[core], self.apart.trails[other].ports) {
@@ -108,7 +108,7 @@ impl Machine {
                 self.cut(other, window, cycle);
             }
             self.apart.in_front = Some((core, self.cores[core].instructions));
-            return Ok(Some(Outcome::Stood));
+            return Ok(Some(WindowEnd::Stood));
         }
         self.settle(core, cycle);
         // What the other one ran before this.
@@ -117,7 +117,7 @@ impl Machine {
             let stepped = self.step_core(core, &mut None::<&mut Nobody>);
             if stepped.is_err() || self.disturbs(other, window.end) {
                 self.cut(other, window, before);
-                return stepped.map(|()| Some(Outcome::Changed));
+                return stepped.map(|()| Some(WindowEnd::Changed));
             }
             self.apart.deeds += 1;
         }
@@ -125,24 +125,24 @@ impl Machine {
     }
 
     /// Lets a core go on apart after what it did, before which the other one had run up to a cycle.
-    fn go_on(&mut self, core: usize, window: &mut Window, before: u64) -> Option<Outcome> {
+    fn go_on(&mut self, core: usize, window: &mut Window, before: u64) -> Option<WindowEnd> {
         let other = 1 - core;
         let of = &self.cores[core];
         let (sleeps, now) = (of.cpu.activity != Activity::Running, of.cycle);
         if sleeps {
             // From then on nobody waits for anybody, nor uses ports.
             self.cut(other, window, before);
-            return Some(Outcome::Changed);
+            return Some(WindowEnd::Changed);
         }
         if now >= window.end {
             // The other one can do nothing more that this one hears of.
             self.settle(other, self.cores[other].cycle.min(window.end));
-            return Some(Outcome::Changed);
+            return Some(WindowEnd::Changed);
         }
         let held = self.bus.fabric.held(now);
         let Some(held) = held.filter(|_| !self.is_interrupted(core)) else {
             self.cut(other, window, now);
-            return Some(Outcome::Changed);
+            return Some(WindowEnd::Changed);
         };
         if self.finds_code(core, self.apart.trails[other].ports) {
             self.cores[core].find_here(&mut self.bus);

@@ -46,7 +46,7 @@ const KERNEL: &str = "kernel string @44100 {
 }
 ";
 
-/// `straight_line` of `compiler/arm/src/thumb/wave.rs` for it, with slopes from 16 and rates from 40
+/// `straight_line` of `compiler/arm/src/thumb/wave.rs` for it, slopes from 16 and rates from 40 on
 /// in the record.
 const ROUTINE: &[&str] = &[
     "push {r4, r5, r6, r8, r9, r10, r11, r12, lr}",
@@ -188,8 +188,12 @@ fn a_routine_does_what_a_string_does() {
     assert_eq!(is_shown(None), Ok(()));
     // Neither without one of its instructions, but for those that keep registers, nor with another
     // coefficient.
-    for at in 1..ROUTINE.len() - 1 {
-        assert!(is_shown(Some((at, "nop"))).is_err(), "{}", ROUTINE[at]);
+    for (at, line) in ROUTINE.iter().enumerate() {
+        let keeps_registers = at == 0 || at + 1 == ROUTINE.len();
+        assert!(
+            keeps_registers || is_shown(Some((at, "nop"))).is_err(),
+            "{line}"
+        );
     }
     for (at, line) in ROUTINE.iter().enumerate() {
         let other = line.replace(", r0, ", ", r1, ").replace(", r3, ", ", r2, ");
