@@ -17,7 +17,6 @@ mod searched;
 mod states;
 mod switched;
 mod table;
-mod together;
 mod validated;
 
 #[path = "../it/common.rs"]

@@ -16,7 +16,7 @@ use whippen_compiler::stability::{static_force, too_strong};
 const TOO_LONG: &[Code] = &[Code::TooManyCalls, Code::TooManySteps];
 
 /// Mistakes that only an image has, which needs a board, or that only a simulated key shows:
-/// `tests/it/budget/command.rs` and `tests/it/rings.rs` run these pages.
+/// `tests/it/budget.rs` and `tests/it/rings.rs` run these pages.
 const OF_RUNS: &[Code] = &[Code::DeadlineMissed, Code::Unstable, Code::NotProvenStable];
 
 const SCALES: Scales = Scales {

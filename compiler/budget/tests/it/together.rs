@@ -1,14 +1,15 @@
 //! Two cores that want one bank on purpose, or one bridge: the bound of a few accesses with another
 //! manager at it is met, so a bound that is a cycle lower would not hold.
 
-use whippen_compiler::budget::{
+use whippen_budget::{
     Annotations, Code, Interference, Lies, Neighbour, Others, Query, Reach, bound,
 };
 use whippen_emulator::{
     BoardKind, ConverterSetup, Machine, Observer, Register, Start, Step, Stop, build,
 };
 use whippen_isa::timing::{Core, Target};
-use whippen_runtime::board;
+
+use crate::images::rp2350;
 
 /// Where core 1 runs, which is measured, as core 0 is served first: in its own group of banks.
 const CODE: u32 = 0x2000_0100;
@@ -91,7 +92,7 @@ fn measured(place: u32, [count, apart]: [usize; 2], access: u16) -> u64 {
 /// The bound of these accesses to a place with another manager at the bank or the bridge, and with
 /// nobody.
 fn bounds(place: u32, count: usize) -> [u64; 2] {
-    let board = board::bundled("rp2350").expect("it is bundled");
+    let board = rp2350();
     let code = accesses(count);
     let code = Code::new(CODE, code.into_iter().flat_map(u16::to_le_bytes).collect());
     let banks = |at: u32| board.memory_at(at).map_or(0, |memory| memory.bank_set());

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use whippen_compiler::budget::{Bound, Code, Query, bound};
-use whippen_compiler::kernel::random::Rng;
+use whippen_budget::{Bound, Code, Query, bound};
+use whippen_deterministic::Rng;
 use whippen_isa::timing::{Core, Evidence};
 use whippen_isa::{Class, Cond, Form, Inst, ItState, Op};
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use whippen_compiler::budget::Code;
-use whippen_compiler::kernel::random::Rng;
+use whippen_budget::Code;
+use whippen_deterministic::Rng;
 use whippen_isa::{Class, Cond, Form, Inst, ItState, Op};
 
 use super::program::{PLAIN, Piece, RARE, any, assemble, branch, bx_lr, inst, it_block};

@@ -1,7 +1,7 @@
 //! Programs that are made up: straight runs with forward branches, calls and IT blocks between
 //! them.
 
-use whippen_compiler::kernel::random::Rng;
+use whippen_deterministic::Rng;
 use whippen_isa::{Arch, Class, Cond, Encoding, Form, Inst, ItState, Op, RegSet, decode};
 
 /// An instruction, or a branch to a label.

@@ -2,14 +2,14 @@
 //! the test says so.
 
 use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
 
-use whippen_compiler::budget::{Annotations, Bound, Code, NotBounded};
-use whippen_compiler::kernel::random::Rng;
+use whippen_budget::{Annotations, Bound, Code, NotBounded};
+use whippen_deterministic::Rng;
 use whippen_emulator::elf::Elf;
 
-use super::{DATA, bound_of, machine, observed, returning};
-use crate::cli::Shell;
-use crate::emulate::gcc;
+use super::{CODE, DATA, bound_of, machine, observed, returning};
 
 const SOURCE: &str = "
 #include <stdint.h>
@@ -64,37 +64,38 @@ const FUNCTIONS: &[(&str, u32)] = &[
 ];
 
 /// Links the functions at the address where tests put programs; symbols and bytes.
-fn linked(shell: &Shell, level: &str) -> Option<(Vec<u8>, BTreeMap<String, u32>)> {
+fn linked(gcc: &Path, level: &str) -> (Vec<u8>, BTreeMap<String, u32>) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [source, linked] = ["f.c", "f.elf"].map(|name| folder.path().join(name));
+    std::fs::write(&source, SOURCE).expect("the source");
     let options = [
         "-mcpu=cortex-m33",
+        "-mthumb",
         "-mfloat-abi=hard",
         "-mfpu=fpv5-sp-d16",
         "-nostdlib",
+        "-fno-math-errno",
         "-Wl,--entry=dot",
+        "-Wl,-Ttext=0x20000100",
     ];
-    let place = "-Wl,-Ttext=0x20000100";
-    let args = [
-        &options[..],
-        &[level, "-fno-math-errno", place, "f.c", "-o", "f.elf"],
-    ]
-    .concat();
-    if !gcc(shell, &args) {
-        return None;
-    }
-    let elf = std::fs::read(shell.path("f.elf")).expect("the ELF file");
+    let mut command = Command::new(gcc);
+    command.args(options).arg(level);
+    command.arg(source).arg("-o").arg(&linked);
+    assert!(command.status().expect("the compiler starts").success());
+    let elf = std::fs::read(linked).expect("the ELF file");
     let elf = Elf::parse(&elf, true).expect("an ELF file");
     let code = elf
         .segments
         .iter()
-        .find(|segment| segment.contains(super::CODE))
+        .find(|segment| segment.contains(CODE))
         .expect("code");
-    let from = (super::CODE - code.run) as usize;
+    let from = (CODE - code.run) as usize;
     let symbols = elf
         .symbols
         .iter()
         .map(|symbol| (symbol.name.clone(), symbol.address & !1))
         .collect();
-    Some((code.bytes[from..].to_vec(), symbols))
+    (code.bytes[from..].to_vec(), symbols)
 }
 
 /// Gives every loop that has no bound the same.
@@ -110,13 +111,13 @@ fn bounded(code: &Code, entry: u32, rounds_max: u32) -> Bound {
 
 #[test]
 fn functions_by_a_c_compiler_keep_their_bounds() {
-    let shell = Shell::new().with("f.c", SOURCE);
+    let Some(gcc) = whippen_need::tool("arm-none-eabi-gcc") else {
+        return;
+    };
     let mut rng = Rng::new(5);
     for level in ["-O1", "-Os", "-O2", "-O3"] {
-        let Some((bytes, symbols)) = linked(&shell, level) else {
-            return;
-        };
-        let code = Code::new(super::CODE, bytes.clone());
+        let (bytes, symbols) = linked(&gcc, level);
+        let code = Code::new(CODE, bytes.clone());
         for &(name, rounds_max) in FUNCTIONS {
             let entry = symbols[name];
             let bound = bounded(&code, entry, rounds_max);

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use whippen_compiler::budget::{Annotations, Bound, Code, NotBounded};
+use whippen_budget::{Annotations, Bound, Code, NotBounded};
 
 use super::{CODE, bound_of, returning};
 
