@@ -1,5 +1,7 @@
 //! What is charged for addresses of a few, for buses, and for memory without a known time.
 
+mod charged;
+
 use super::*;
 use crate::graph::Graph;
 use std::collections::BTreeMap;
