@@ -12,7 +12,6 @@ mod friction;
 mod image;
 mod own;
 mod played;
-mod refused;
 mod searched;
 mod states;
 mod switched;

@@ -62,3 +62,61 @@ impl Idle {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Annotations, Code};
+    use whippen_isa::timing::Core;
+    use whippen_isa::{Arch, parse};
+
+    /// Of instructions before a branch back to the first.
+    fn of(texts: &[&str]) -> Result<(u64, u32), NotBounded> {
+        let core = Core::cortex_m33();
+        let mut bytes = Vec::new();
+        for text in texts {
+            let inst = parse(text, Arch::V8M, None).expect("an instruction");
+            let (first, second) = inst.encode(Arch::V8M).expect("it has bits").halfwords();
+            let halves = [Some(first), second].into_iter().flatten();
+            bytes.extend(halves.flat_map(u16::to_le_bytes));
+        }
+        let back = 0xe000 | (0x7ff & (-(bytes.len() as i32) / 2 - 2)) as u16;
+        bytes.extend(back.to_le_bytes());
+        let (code, annotations) = (
+            Code::new(0x100, bytes),
+            Annotations {
+                sleeps: true,
+                ..Annotations::default()
+            },
+        );
+        let idle = Idle::of(&Query {
+            core: &core,
+            code: &code,
+            entry: 0x100,
+            annotations: &annotations,
+            interference: None,
+        })?;
+        Ok((idle.cycles_max, idle.stack_bytes_max))
+    }
+
+    /// What is behind it may be late by a cycle more. A branch goes to a 32-bit instruction across
+    /// two words, which is a cycle more than to any other.
+    #[test]
+    fn the_longest_instruction_is_finished_with_what_it_makes_late() {
+        let branch = Core::cortex_m33().branches;
+        let back = u64::from(branch.taken.cycles + branch.split_target.cycles);
+        assert_eq!((back, of(&["wfe"])), (3, Ok((3 + 1, 0))));
+        assert_eq!(of(&["udiv r0, r1, r2"]), Ok((11 + 1, 0)));
+        assert_eq!(
+            of(&["push {r0, r1, r2, r3, r4}", "add sp, #20"]),
+            Ok((5 + 1, 20))
+        );
+        assert_eq!(of(&["push {r0-r7}", "add sp, #32"]), Ok((8 + 1, 32)));
+    }
+
+    #[test]
+    fn the_floating_point_unit_has_more_to_be_saved() {
+        let refused = NotBounded::FloatingPoint { address: 0x102 };
+        assert_eq!(of(&["nop", "vadd.f32 s0, s1, s2"]), Err(refused));
+    }
+}

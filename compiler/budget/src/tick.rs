@@ -262,3 +262,83 @@ impl Tick {
         self.entry.stack_bytes_max + keys.max(self.end.stack_bytes_max)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn piece(cycles_max: u64, stack_bytes_max: u32) -> Bound {
+        Bound {
+            cycles_max,
+            path: Vec::new(),
+            class: Evidence::Exact,
+            settled: true,
+            delays_nobody: true,
+            stack_bytes_max,
+            stack_left: 0,
+            infeasible: 0,
+            merged: false,
+            code_bytes: 0,
+        }
+    }
+
+    /// Two modes of 30 and 20 cycles, the second with more stack, between 7 and 5.
+    fn tick() -> Tick {
+        Tick {
+            modes: vec![
+                ("k.mode.0".into(), piece(30, 8)),
+                ("k.mode.1".into(), piece(20, 24)),
+            ],
+            entry: piece(7, 16),
+            end: piece(5, 4),
+        }
+    }
+
+    #[test]
+    fn a_tick_is_its_frame_and_every_key_in_its_worst_mode() {
+        let tick = tick();
+        assert_eq!(
+            tick.worst_case().map(|(name, _)| &name[..]),
+            Some("k.mode.0")
+        );
+        assert_eq!(tick.key_cycles_max(), 30);
+        assert_eq!([0, 1, 4].map(|keys| tick.cycles_max(keys)), [12, 42, 132]);
+        assert_eq!(tick.stack_bytes_max(), 16 + 24);
+        let mut deep = tick.clone();
+        deep.end.stack_bytes_max = 40;
+        assert_eq!(deep.stack_bytes_max(), 16 + 40);
+        assert_eq!(tick.class(), Evidence::Exact);
+        let mut rough = tick;
+        rough.modes[1].1.class = Evidence::Rule;
+        assert_eq!(rough.class(), Evidence::Rule);
+        rough.end.class = Evidence::Estimate;
+        assert_eq!(rough.class(), Evidence::Estimate);
+    }
+
+    /// What the entry leaves on the stack the end takes from it, a mode neither; none remembers
+    /// something in the pipeline.
+    #[test]
+    fn pieces_that_do_not_fit_together_are_refused() {
+        let places = Places {
+            tick: 0x100,
+            modes: Vec::new(),
+            end: 0x200,
+        };
+        let checked = |change: &dyn Fn(&mut Tick)| {
+            let mut changed = tick();
+            change(&mut changed);
+            changed.checked(&places).map(|_| ())
+        };
+        let stack = Err(NotBounded::Stack { address: 0x200 });
+        let unsettled = Err(NotBounded::Unsettled { address: 0x100 });
+        assert_eq!(checked(&|_| ()), Ok(()));
+        let both = checked(&|tick| (tick.entry.stack_left, tick.end.stack_left) = (-8, 8));
+        assert_eq!(both, Ok(()));
+        assert_eq!(checked(&|tick| tick.entry.stack_left = -8), stack);
+        assert_eq!(checked(&|tick| tick.end.stack_left = 8), stack);
+        assert_eq!(checked(&|tick| tick.modes[1].1.stack_left = -8), stack);
+        assert_eq!(checked(&|tick| tick.modes[1].1.settled = false), unsettled);
+        assert_eq!(checked(&|tick| tick.entry.settled = false), unsettled);
+        assert_eq!(checked(&|tick| tick.end.settled = false), unsettled);
+    }
+}

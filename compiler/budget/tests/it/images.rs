@@ -4,7 +4,7 @@
 use whippen_arm::image::executable;
 use whippen_audit::{Elf, audit};
 use whippen_board::{AccessTime, Board, Bus, Memory, MemoryKind, Placement, Start};
-use whippen_budget::{Bounded, Program, certificate, cores};
+use whippen_budget::{Bounded, Extent, NotBounded, Program, certificate, cores};
 use whippen_firmware::{
     FirmwareImage, GuardedDrive, GuardedPort, Instrument, Midi, Motor, OwnTexts, Setup, Velocities,
     build_image,
@@ -146,6 +146,7 @@ pub fn rp2350() -> Board {
 type Row<'a> = &'a [(u32, u32)];
 
 /// An image with its bounds while each of its programs plays.
+#[derive(Clone)]
 struct Played {
     image: FirmwareImage,
     program: Program,
@@ -301,4 +302,152 @@ fn a_program_that_begins_has_a_bound_that_a_checker_comes_to() {
 #[test]
 fn zones_have_a_bound_that_a_checker_comes_to() {
     Played::new(&[&[(2, 0), (5, 1), (2, 0)], &[(9, 1)]], &[6, 3]).is_audited();
+}
+
+/// A program that has a bound.
+fn played() -> Played {
+    Played::new(&[&[(5, 0)]], &[3, 2])
+}
+
+impl Played {
+    /// Of what has been changed.
+    fn bounded(&self) -> Result<Vec<Bounded>, NotBounded> {
+        cores(&self.image, &self.program, &self.board, ProgramId(0))
+    }
+
+    /// With another word at an address of the image.
+    fn with_word(&self, at: u32, word: u32) -> Result<Vec<Bounded>, NotBounded> {
+        let mut changed = self.clone();
+        let mut sections = changed.image.image.sections.iter_mut();
+        let holds = |run: u32, bytes: &[u8]| (run..run + bytes.len() as u32).contains(&at);
+        let section = sections.find(|own| holds(own.run, &own.bytes));
+        let section = section.expect("it is in the image");
+        let from = (at - section.run) as usize;
+        section.bytes[from..from + 4].copy_from_slice(&word.to_le_bytes());
+        changed.program = Program::of(&changed.image.image);
+        changed.bounded()
+    }
+}
+
+/// All vectors but the first two lead to the handler, to the end, or nowhere; so in both tables.
+#[test]
+fn another_interrupt_has_no_bound() {
+    let played = played();
+    let symbol = |name: &str| played.program.symbols[name];
+    let other = symbol("midi_step");
+    for table in ["vectors0", "vectors1"] {
+        let last = played.program.words_of(symbol(table)).last();
+        for at in [
+            symbol(table) + 8,
+            symbol(table) + 4 * (16 + 3),
+            last.expect("a word"),
+        ] {
+            let refused = played.with_word(at, other | 1).expect_err("no bound");
+            assert_eq!(refused, NotBounded::Interrupts { address: other });
+            assert!(played.with_word(at, 0).is_ok(), "{at:#x} leads nowhere");
+            assert!(played.with_word(at, symbol("dead") | 1).is_ok());
+        }
+        assert!(
+            played.with_word(symbol(table) + 4, other | 1).is_ok(),
+            "its start"
+        );
+    }
+}
+
+#[test]
+fn an_image_without_a_firmware_has_no_bound() {
+    for name in [
+        "idle0",
+        "tick_core1",
+        "vectors0",
+        "dead",
+        "core0_tick",
+        "core1.end",
+    ] {
+        let mut played = played();
+        played.program.symbols.remove(name);
+        let refused = played.bounded().expect_err("no bound");
+        assert_eq!(refused, NotBounded::NoSymbol { name: name.into() });
+        assert_eq!(
+            refused.to_string(),
+            format!("there is no `{name}` in the code")
+        );
+    }
+}
+
+/// Below a stack lies a section, another stack or the end of the memory: as far as it reaches there
+/// is room, and not a byte less.
+#[test]
+fn a_stack_has_the_room_that_it_needs() {
+    let played = played();
+    for core in [0, 1] {
+        let needed = played.bounds[0][core].alone.stack_bytes_max;
+        let end = played.board.stacks[core];
+        let below = |room: u32, change: &dyn Fn(&mut Played, u32)| {
+            let mut changed = played.clone();
+            change(&mut changed, end - room);
+            changed.bounded().map(|_| ())
+        };
+        let of = |room: u32| Err(NotBounded::StackRoom { needed, room, end });
+        let section = |played: &mut Played, top: u32| {
+            played.program.sections.push(Extent {
+                name: ".bss.below".into(),
+                base: top - 4,
+                size: 4,
+            });
+        };
+        let stack = |played: &mut Played, top: u32| played.board.stacks.push(top);
+        let memory = |played: &mut Played, top: u32| {
+            let memories = &mut played.board.memory;
+            let own = memories.iter().position(|memory| memory.contains(end - 4));
+            let own = own.expect("its memory");
+            let mut upper = memories[own].clone();
+            (upper.base, upper.size) = (top, end - top);
+            memories[own].size -= upper.size;
+            memories.insert(own + 1, upper);
+        };
+        let changes: [&dyn Fn(&mut Played, u32); 3] = [&section, &stack, &memory];
+        for change in changes {
+            assert_eq!(below(needed, change), Ok(()));
+            assert_eq!(below(needed - 4, change), of(needed - 4));
+        }
+        // A section that begins below and ends above.
+        let over = |played: &mut Played, top: u32| {
+            section(played, top);
+            played.program.sections.last_mut().expect("it").size = 0x100;
+        };
+        assert_eq!(below(needed, &over), of(0));
+    }
+}
+
+/// Code in a section that counts as the other core's, or the start's: of the handler, and of what
+/// is between ticks.
+#[test]
+fn code_of_another_core_has_no_bound() {
+    let played = played();
+    for (symbol, core) in [
+        ("tick_core0", 0),
+        ("idle0", 0),
+        ("tick_core1", 1),
+        ("idle1", 1),
+    ] {
+        let address = played.program.symbols[symbol];
+        for name in [[".text.core1.x", ".text.core0.x"][core], ".text.start.x"] {
+            let mut changed = played.clone();
+            let own = changed.program.sections.iter_mut();
+            let mut own = own.filter(|section| section.contains(address));
+            let section = own.next().expect("its section");
+            section.name = name.into();
+            let section = section.clone();
+            let Err(NotBounded::Elsewhere {
+                address,
+                section: told,
+                core: of,
+            }) = changed.bounded()
+            else {
+                panic!("{symbol} in {name} is not refused so");
+            };
+            assert!(section.contains(address) && told == name && of == core);
+        }
+    }
 }
