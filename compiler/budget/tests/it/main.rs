@@ -3,6 +3,7 @@
 mod compiled;
 mod forced;
 mod images;
+mod loops;
 mod program;
 mod random;
 mod refused;

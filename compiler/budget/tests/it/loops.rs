@@ -1,0 +1,136 @@
+//! Loops every round of which is decided by another bit of the input: the bound is the slowest of
+//! all ways through all rounds.
+
+use std::collections::BTreeMap;
+
+use whippen_budget::{Annotations, Code};
+use whippen_deterministic::Rng;
+use whippen_isa::{Cond, Form, Inst, ItState, Op};
+
+use super::program::{PLAIN, Piece, any, assemble, branch, bx_lr, inst};
+use super::{CODE, DATA, bound_of, machine, observed, returning};
+
+/// The head of the outer loop, where its two ways meet, and the head of the inner one.
+const HEAD: usize = 0;
+const MEET: usize = 1;
+const INNER: usize = 2;
+
+/// A constant in a register that nothing else writes.
+fn set(d: u8, imm: u32) -> Piece {
+    Piece::Inst(Inst {
+        d,
+        imm,
+        ..inst(Op::MOV_immediate, Form::T2)
+    })
+}
+
+/// One less in it, and back as long as something is left.
+fn again(d: u8, label: usize) -> [Piece; 2] {
+    let less = Inst {
+        s: true,
+        d,
+        n: d,
+        imm: 1,
+        ..inst(Op::SUB_immediate, Form::T3)
+    };
+    let back = branch(Some(Cond::NE), true);
+    [Piece::Inst(less), Piece::Branch(back, label)]
+}
+
+fn run(rng: &mut Rng, pieces: &mut Vec<Piece>, flags: bool) {
+    (0..rng.below(4))
+        .for_each(|_| pieces.push(Piece::Inst(any(rng, PLAIN, ItState::OUTSIDE, flags))));
+}
+
+/// So many rounds, each of which goes one way or another by a bit of R9, with a loop inside.
+fn program(rng: &mut Rng, [rounds, inner]: [u32; 2]) -> Vec<Piece> {
+    let mut pieces = vec![set(11, rounds)];
+    run(rng, &mut pieces, true);
+    pieces.push(Piece::Label(HEAD));
+    run(rng, &mut pieces, true);
+    // LSLS R9, R9, #1
+    pieces.push(Piece::Inst(Inst {
+        s: true,
+        d: 9,
+        m: 9,
+        amount: 1,
+        ..inst(Op::LSL_immediate, Form::T2)
+    }));
+    run(rng, &mut pieces, false);
+    pieces.push(Piece::Branch(branch(Some(Cond::MI), false), MEET));
+    run(rng, &mut pieces, true);
+    pieces.push(Piece::Label(MEET));
+    run(rng, &mut pieces, true);
+    if inner > 0 {
+        pieces.push(set(10, inner));
+        pieces.push(Piece::Label(INNER));
+        run(rng, &mut pieces, true);
+        pieces.extend(again(10, INNER));
+    }
+    pieces.extend(again(11, HEAD));
+    run(rng, &mut pieces, true);
+    pieces.push(bx_lr());
+    pieces
+}
+
+/// Where a label is.
+fn address(pieces: &[Piece], label: usize) -> u32 {
+    let before = pieces
+        .iter()
+        .take_while(|piece| !matches!(piece, Piece::Label(own) if *own == label));
+    let size = |piece: &Piece| match piece {
+        Piece::Inst(inst) | Piece::Branch(inst, _) => inst.size(),
+        Piece::Label(_) => 0,
+    };
+    CODE + before.map(size).sum::<u32>()
+}
+
+#[test]
+fn the_bound_is_the_slowest_of_all_ways_through_all_rounds() {
+    let mut rng = Rng::new(7);
+    for number in 0..60 {
+        let [rounds, inner] = [1 + number % 5, number % 4];
+        let pieces = program(&mut rng, [rounds, inner]);
+        let bytes = assemble(&pieces, CODE).expect("every branch reaches");
+        let mut annotations: Annotations = returning();
+        annotations.loops.insert(address(&pieces, HEAD), rounds);
+        if inner > 0 {
+            annotations.loops.insert(address(&pieces, INNER), inner);
+        }
+        let mut machine = machine(&bytes);
+        let slowest = (0..1_u32 << rounds)
+            .map(|bits| {
+                // The first bit that is looked at becomes the top one.
+                let registers = BTreeMap::from([(8, DATA), (9, bits << (31 - rounds))]);
+                observed(&mut machine, CODE, &registers)
+            })
+            .max();
+        let bound = bound_of(&Code::new(CODE, bytes.clone()), CODE, &annotations);
+        let bound = bound.expect("a bound");
+        assert_eq!(Some(bound.cycles_max), slowest, "{bytes:02x?}");
+        assert!(!bound.merged);
+        let sum: u64 = bound.path.iter().map(|step| step.cycles).sum();
+        assert_eq!(sum, bound.cycles_max);
+    }
+}
+
+/// What a loop changes is known in no round: `movs r0, #0`; `1: cmp r0, #4`; `ble 2f`;
+/// `udiv r1, r2, r3`; `2: adds r0, #1`; `cmp r0, #6`; `bne 1b`; `bx lr`. In the last round R0 is
+/// 5, and there is a division.
+#[test]
+fn what_a_loop_changes_is_known_in_no_round() {
+    let halves = [
+        0x2000, 0x2804, 0xdd01, 0xfbb2, 0xf1f3, 0x3001, 0x2806, 0xd1f8, 0x4770,
+    ];
+    let bytes: Vec<u8> = halves.into_iter().flat_map(u16::to_le_bytes).collect();
+    let mut annotations = returning();
+    annotations.loops.insert(CODE + 2, 6);
+    let code = Code::new(CODE, bytes.clone());
+    let bound = bound_of(&code, CODE, &annotations).expect("a bound");
+    let divides = bound.path.iter().filter(|step| step.address == CODE + 6);
+    assert_eq!(divides.count(), 6, "in any round");
+    let mut machine = machine(&bytes);
+    let registers = BTreeMap::from([(2, u32::MAX), (3, 1)]);
+    let once = observed(&mut machine, CODE, &registers);
+    assert!(once <= bound.cycles_max && once > bound.cycles_max / 4);
+}
