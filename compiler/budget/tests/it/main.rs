@@ -2,6 +2,7 @@
 
 mod compiled;
 mod forced;
+mod image;
 mod images;
 mod loops;
 mod program;

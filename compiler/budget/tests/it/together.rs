@@ -9,7 +9,7 @@ use whippen_emulator::{
 };
 use whippen_isa::timing::{Core, Target};
 
-use crate::images::rp2350;
+use crate::image::rp2350;
 
 /// Where core 1 runs, which is measured, as core 0 is served first: in its own group of banks.
 const CODE: u32 = 0x2000_0100;

@@ -1,0 +1,305 @@
+//! Small images: Kernels in text, the RP2350, and the bounds of what is built of them.
+
+use whippen_board::{AccessTime, Board, Bus, Memory, MemoryKind, Placement, Start};
+use whippen_budget::{Bounded, Program, cores};
+use whippen_firmware::{
+    FirmwareImage, GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, OwnTexts, Setup,
+    Velocities, build_image,
+};
+use whippen_isa::Arch;
+use whippen_keyboard::{InstrumentId, Layout, Program as Zones, ProgramId};
+use whippen_modes::{INSTRUCTIONS, Modes, specialize};
+use whippen_parts::split;
+use whippen_rate::Rate;
+
+/// A key that is on or off, and pushes where it is on: two modes.
+const SWITCH: &str = "kernel switch @44100 {
+  in x: u16 [0..65535]
+  out f: i16 [-32768..32767]
+  event note(1)
+  cell on: i1 [0..1] = 0
+  tick {
+    v0: i1 [0..1] = get on
+    v1: i32 [0..65535] = in x
+    v2: i32 [40000..40000] = const 40000
+    v3: i1 [0..1] = lt v2 v1
+    v4: i32 [20000..20000] = const 20000
+    v5: i1 [0..1] = lt v4 v1
+    v6: i1 [0..1] = and v0 v5
+    v7: i1 [0..1] = or v3 v6
+    set on v7
+    v8: i32 [0..32767] = sar v1 1
+    v9: i32 [0..0] = const 0
+    v10: i32 [0..32767] = select v0 v8 v9
+    out f v10
+    if v3 {
+      emit note v1
+    }
+  }
+}
+";
+
+/// A key that pushes by its way: one mode.
+const SPRING: &str = "kernel spring @44100 {
+  in x: u16 [0..65535]
+  out f: i16 [-32768..32767]
+  event note(1)
+  tick {
+    v0: i32 [0..65535] = in x
+    v1: i32 [0..32767] = sar v0 1
+    out f v1
+  }
+}
+";
+
+/// The RP2350, as the emulator has it.
+pub fn rp2350() -> Board {
+    let memory = |name: &str, base, size, banks: &[u8]| Memory {
+        name: name.into(),
+        base,
+        size,
+        kind: MemoryKind::Ram,
+        access: AccessTime::Cycles(1),
+        fetch: AccessTime::Cycles(1),
+        striped: banks.len() > 1,
+        banks: banks.to_vec(),
+    };
+    let flash = Memory {
+        kind: MemoryKind::Flash,
+        access: AccessTime::NotBounded,
+        fetch: AccessTime::NotBounded,
+        ..memory("flash", 0x1000_0000, 4 << 20, &[])
+    };
+    let bus = |name: &str, base, size, [read_cycles, write_cycles]: [u16; 2]| Bus {
+        name: name.into(),
+        base,
+        size,
+        read_cycles,
+        write_cycles,
+    };
+    let places = [
+        (".vectors", "flash"),
+        (".image_def", "flash"),
+        (".copy_table", "flash"),
+        (".zero_table", "flash"),
+        (".text.start*", "flash"),
+        (".", "sram0"),
+        (".core1", "sram4"),
+        (".near", "sram8"),
+        (".near.core1", "sram9"),
+    ];
+    let placed = |(pattern, memory): (&str, &str)| {
+        let kinds: &[&str] = match memory {
+            "flash" => &[""],
+            _ => &[".text", ".rodata", ".data", ".bss"],
+        };
+        let own = pattern.trim_end_matches('.');
+        let of_kind = |kind: &&str| Placement {
+            pattern: match *kind {
+                "" => pattern.to_string(),
+                kind => format!("{kind}{own}*"),
+            },
+            memory: memory.to_string(),
+        };
+        kinds.iter().map(of_kind).collect::<Vec<_>>()
+    };
+    let devices = [
+        ("converter", 0x4017_0000),
+        ("uart", 0x4007_0000),
+        ("io_bank0", 0x4002_8000),
+        ("watchdog", 0x400d_8000),
+    ];
+    Board {
+        name: "rp2350".into(),
+        arch: Arch::V8M,
+        cores: 2,
+        clock_hz: 150_000_000,
+        start: Start::ImageDef,
+        uf2_family: None,
+        fetches_apart: true,
+        banks: (0..10).map(|bank| format!("SRAM{bank}")).collect(),
+        memory: vec![
+            flash,
+            memory("sram0", 0x2000_0000, 256 << 10, &[0, 1, 2, 3]),
+            memory("sram4", 0x2004_0000, 256 << 10, &[4, 5, 6, 7]),
+            memory("sram8", 0x2008_0000, 4 << 10, &[8]),
+            memory("sram9", 0x2008_1000, 4 << 10, &[9]),
+        ],
+        buses: vec![
+            bus("apb", 0x4000_0000, 256 << 20, [3, 4]),
+            bus("sio", 0xd000_0000, 256 << 10, [1, 1]),
+        ],
+        devices: devices.map(|(name, at)| (name.to_string(), at)).to_vec(),
+        converter_interrupt: 46,
+        stacks: vec![0x2008_1000, 0x2008_2000],
+        places: places.into_iter().flat_map(placed).collect(),
+        knob: None,
+        bench: None,
+        columns: None,
+        i2s: None,
+    }
+}
+
+/// Zones of a program: keys, and the number of what they play.
+pub type Row<'a> = &'a [(u32, u32)];
+
+/// An image with its bounds while each of its programs plays.
+#[derive(Clone)]
+pub struct Played {
+    pub image: FirmwareImage,
+    pub program: Program,
+    pub board: Board,
+    pub bounds: Vec<Vec<Bounded>>,
+}
+
+pub const RATE: Rate = Rate::whole(44_100);
+
+impl Played {
+    /// Of programs of switches (0) and springs (1), for cores with so many keys.
+    pub fn new(programs: &[Row], keys: &[u32]) -> Played {
+        let modes = [SWITCH, SPRING].map(|text| {
+            let kernel = whippen_kernel::parse(text).unwrap_or_else(|why| panic!("{why:?}"));
+            specialize(&kernel, INSTRUCTIONS)
+        });
+        let board = rp2350();
+        let image = image_of(
+            &modes.each_ref().map(|own| (own, None)),
+            programs,
+            keys,
+            &board,
+        );
+        Played::of(image, board)
+    }
+
+    /// An instrument in parts, played once.
+    pub fn in_parts(text: &str) -> Played {
+        let whole = whippen_kernel::parse(text).unwrap_or_else(|why| panic!("{why:?}"));
+        let parts = split(&whole).expect("its members are worth it");
+        let modes = parts.parts.iter();
+        let modes = modes.map(|part| specialize(&part.kernel, INSTRUCTIONS));
+        let in_parts = InParts {
+            instructions: INSTRUCTIONS,
+            modes: modes.collect(),
+            parts,
+            whole: whole.clone(),
+        };
+        let modes = specialize(&whole, INSTRUCTIONS);
+        let board = rp2350();
+        let image = image_of(&[(&modes, Some(&in_parts))], &[&[(1, 0)]], &[1], &board);
+        Played::of(image, board)
+    }
+
+    fn of(image: FirmwareImage, board: Board) -> Played {
+        let program = Program::of(&image.image);
+        let playing = (0..image.programs.len()).map(|playing| ProgramId(playing as u32));
+        let bounds = playing
+            .map(|playing| cores(&image, &program, &board, playing))
+            .collect::<Result<_, _>>()
+            .unwrap_or_else(|why| panic!("{why}"));
+        Played {
+            image,
+            program,
+            board,
+            bounds,
+        }
+    }
+}
+
+fn image_of(
+    instruments: &[(&Modes, Option<&InParts>)],
+    programs: &[Row],
+    keys: &[u32],
+    board: &Board,
+) -> FirmwareImage {
+    let midi = Midi {
+        note: Some(0),
+        release: None,
+        velocities: Velocities {
+            speed_shift: 8,
+            table: std::array::from_fn(|at| 100 * at as u16),
+        },
+        release_velocities: None,
+    };
+    let instruments = instruments.iter().map(|(modes, parts)| Instrument {
+        modes,
+        places: &[],
+        midi: &midi,
+        parts: *parts,
+    });
+    let instruments: Vec<Instrument> = instruments.collect();
+    let motor = Motor {
+        rated: 8192,
+        peak_ms: 100,
+        newton: 1024,
+    };
+    // The first port alone is driven.
+    let port = |word| GuardedPort {
+        mid_travel: [10_000, 50_000],
+        rails: [true; 2],
+        update_ticks: 1,
+        drive: (word == 0).then_some(GuardedDrive { word, motor }),
+    };
+    let ports = instruments[0].modes.kernel.inputs.len() as u32;
+    let setup = Setup {
+        keys: keys.to_vec(),
+        rate_hz: RATE,
+        ports: (0..ports).map(port).collect(),
+        first_note: 21,
+        coil: None,
+        passivity: None,
+        tuning: None,
+        fine_velocity: false,
+        passes_midi: false,
+        monitor: None,
+        own_texts: OwnTexts::default(),
+    };
+    let row = |row: &Row| {
+        let zones = row.iter().map(|&(keys, plays)| (keys, InstrumentId(plays)));
+        Zones::of_zones("zones", zones)
+    };
+    let layout = Layout {
+        first_note: 21,
+        keys: keys.iter().sum(),
+        programs: programs.iter().map(row).collect::<Vec<_>>().into(),
+    };
+    build_image(&layout, &instruments, &setup, board).unwrap_or_else(|why| panic!("{why}"))
+}
+
+/// A Kernel of two members, each of twelve quotients of words of its own.
+pub fn members() -> String {
+    let mut cells = String::new();
+    let mut tick = String::from("    v0: i32 [0..65535] = in x\n");
+    let mut value = 1;
+    let mut line = |text: String| {
+        tick += &format!("    v{value}: i32 {text}\n");
+        value += 1;
+        value - 1
+    };
+    let mut ends = Vec::new();
+    let mut sets = Vec::new();
+    for member in 0..2 {
+        cells += &format!("  cell a{member}: i32 [0..49152] = 0\n");
+        cells += &format!("  cell b{member}: i32 [40000..60000] = 40000\n");
+        let own = line(format!("[0..49152] = get a{member}"));
+        let by = line(format!("[40000..60000] = get b{member}"));
+        let mut last = own;
+        for _ in 0..12 {
+            let quotient = line(format!("[0..80531] = div_round v{last} v{by} 16"));
+            last = line(format!("[0..40265] = sar v{quotient} 1"));
+        }
+        sets.push(format!("    set a{member} v{last}\n"));
+        ends.push(last);
+    }
+    let half = line("[0..32767] = sar v0 1".into());
+    let less = ends
+        .iter()
+        .map(|end| line(format!("[0..2516] = sar v{end} 4")));
+    let less: Vec<i32> = less.collect();
+    let both = line(format!("[0..5032] = add v{} v{}", less[0], less[1]));
+    let out = line(format!("[-5032..32767] = sub v{half} v{both}"));
+    tick += &sets.concat();
+    format!(
+        "kernel members @44100 {{\n  in x: u16 [0..65535]\n  in y: u16 [0..65535]\n  \
+         out f: i16 [-32768..32767]\n  event note(1)\n{cells}  tick {{\n{tick}    out f v{out}\n  }}\n}}\n"
+    )
+}
