@@ -1,6 +1,9 @@
 //! Small images: Kernels in text, the RP2350, and the bounds of what is built of them.
 
-use whippen_board::{AccessTime, Board, Bus, Memory, MemoryKind, Placement, Start};
+use whippen_board::{
+    AccessTime, Board, Bus, CONVERTER_RANGES, ColumnWires, Columns, Memory, MemoryKind, Placement,
+    Start,
+};
 use whippen_budget::{Bounded, Program, cores};
 use whippen_firmware::{
     FirmwareImage, GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, OwnTexts, Setup,
@@ -140,6 +143,57 @@ pub fn rp2350() -> Board {
     }
 }
 
+/// The same with three columns of keys on its pins, on one core, and a DMA that moves their words.
+pub fn columns() -> Board {
+    let mut board = rp2350();
+    board.cores = 1;
+    board.stacks.truncate(1);
+    let wires = [(6, 7), (8, 9), (10, 11)];
+    board.columns = Some(Columns {
+        clock: 2,
+        select: 3,
+        command: 4,
+        enable: 5,
+        fault: None,
+        columns: wires
+            .map(|(to_dac, from_adc)| ColumnWires { to_dac, from_adc })
+            .to_vec(),
+        range: CONVERTER_RANGES[0],
+        pulls_down: false,
+        period_cycles: 3400,
+    });
+    board.buses.insert(
+        1,
+        Bus {
+            name: "fast".into(),
+            base: 0x5000_0000,
+            size: 256 << 20,
+            read_cycles: 2,
+            write_cycles: 2,
+        },
+    );
+    let devices = [
+        ("uart", 0x4007_0000),
+        ("io_bank0", 0x4002_8000),
+        ("pads_bank0", 0x4003_8000),
+        ("pwm", 0x400a_8000),
+        ("dma", 0x5000_0000),
+        ("pio0", 0x5020_0000),
+        ("pio1", 0x5030_0000),
+        ("pio2", 0x5040_0000),
+        ("busctrl", 0x4006_8000),
+        ("watchdog", 0x400d_8000),
+    ];
+    board.devices = devices.map(|(name, at)| (name.to_string(), at)).to_vec();
+    board.converter_interrupt = 8;
+    let rings = [".data.ring", ".bss.ring"].map(|pattern| Placement {
+        pattern: pattern.into(),
+        memory: "sram4".into(),
+    });
+    board.places.extend(rings);
+    board
+}
+
 /// Zones of a program: keys, and the number of what they play.
 pub type Row<'a> = &'a [(u32, u32)];
 
@@ -152,16 +206,24 @@ pub struct Played {
     pub bounds: Vec<Vec<Bounded>>,
 }
 
-pub const RATE: Rate = Rate::whole(44_100);
+/// Ticks a second: the board's own, where it has one.
+pub fn rate_of(board: &Board) -> Rate {
+    let own = board.columns.as_ref();
+    let own = own.and_then(|own| Rate::new(board.clock_hz, own.period_cycles));
+    own.unwrap_or(Rate::whole(44_100))
+}
 
 impl Played {
     /// Of programs of switches (0) and springs (1), for cores with so many keys.
     pub fn new(programs: &[Row], keys: &[u32]) -> Played {
+        Played::on(rp2350(), programs, keys)
+    }
+
+    pub fn on(board: Board, programs: &[Row], keys: &[u32]) -> Played {
         let modes = [SWITCH, SPRING].map(|text| {
             let kernel = whippen_kernel::parse(text).unwrap_or_else(|why| panic!("{why:?}"));
             specialize(&kernel, INSTRUCTIONS)
         });
-        let board = rp2350();
         let image = image_of(
             &modes.each_ref().map(|own| (own, None)),
             programs,
@@ -242,7 +304,7 @@ fn image_of(
     let ports = instruments[0].modes.kernel.inputs.len() as u32;
     let setup = Setup {
         keys: keys.to_vec(),
-        rate_hz: RATE,
+        rate_hz: rate_of(board),
         ports: (0..ports).map(port).collect(),
         first_note: 21,
         coil: None,
