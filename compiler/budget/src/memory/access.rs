@@ -55,7 +55,7 @@ pub(super) fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval>
     let literal = simple && is_literal(inst);
     let base = match literal {
         true => Interval::point((at.wrapping_add(4) & !3) as i32),
-        false if inst.n == reg::PC => return None,
+        // By PC there are literals alone.
         false => facts.interval(inst.n),
     };
     let offset = if inst.add {

@@ -1,5 +1,6 @@
 //! The static bound against the emulator, which counts the same cycles in another way: by running.
 
+mod called;
 mod compiled;
 mod forced;
 mod image;
