@@ -81,17 +81,19 @@ impl<'a> StackSearch<'a> {
         let Some(mut place) = self.places[number].clone() else {
             return Ok(());
         };
-        let last = block.items.len().saturating_sub(1);
-        for (i, item) in block.items.iter().enumerate() {
-            if i < last || item.control == Control::Next {
-                place.execute(item, block.context)?;
-                if place.sp > 0 && !self.query.annotations.inside {
-                    return Err(NotBounded::Stack {
-                        address: item.address,
-                    });
-                }
-                self.deepest = self.deepest.min(place.sp);
+        // The last one may branch.
+        for item in block
+            .items
+            .iter()
+            .filter(|item| item.control == Control::Next)
+        {
+            place.execute(item, block.context)?;
+            if place.sp > 0 && !self.query.annotations.inside {
+                return Err(NotBounded::Stack {
+                    address: item.address,
+                });
             }
+            self.deepest = self.deepest.min(place.sp);
         }
         for edge in &block.edges {
             let arriving = self.follow_edge(block, edge, place.clone())?;

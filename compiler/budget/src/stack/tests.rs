@@ -3,7 +3,7 @@
 use super::*;
 use crate::{Annotations, Code};
 use whippen_isa::timing::Core;
-use whippen_isa::{Arch, parse};
+use whippen_isa::{Arch, ItState, parse};
 
 /// Behind these instructions of a function: whether LR holds where it returns to, and which
 /// slots do.
@@ -91,10 +91,15 @@ fn it_comes_back_by_loads_of_that_word_alone() {
 fn of(functions: &[&[&str]], annotations: &Annotations) -> Result<Stack, NotBounded> {
     let mut code = Code::default();
     for (texts, at) in functions.iter().zip((AT..).step_by(APART as usize)) {
-        let mut bytes = Vec::new();
+        let (mut bytes, mut it) = (Vec::new(), ItState::OUTSIDE);
         for text in *texts {
-            let inst = parse(text, Arch::V8M, None);
+            let inst = parse(text, Arch::V8M, it.cond());
             let inst = inst.unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
+            it = match inst.class() {
+                Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
+                    .expect("an IT instruction"),
+                _ => it.advance(),
+            };
             let (first, second) = inst.encode(Arch::V8M).expect("it has bits").halfwords();
             let halves = [Some(first), second].into_iter().flatten();
             bytes.extend(halves.flat_map(u16::to_le_bytes));
@@ -127,6 +132,9 @@ fn the_stack_is_as_deep_as_the_deepest_way() {
     // A branch that stores nothing, and one way deeper than the other.
     let ways = ["cbz r0, .+6", "push {r4, r5}", "pop {r4, r5}", "bx lr"];
     assert_eq!(told(&[&ways]), Ok((8, 0)));
+    // A return that is not taken moves nothing, and what is saved stays.
+    let maybe = ["push {r4, lr}", "it eq", "popeq {r4, pc}", "pop {r4, pc}"];
+    assert_eq!(told(&[&maybe]), Ok((8, 0)));
     // BL from 0x102 to 0x120 and back: both functions' bytes.
     let caller = ["push {r4, lr}", "bl .+30", "pop {r4, pc}"];
     let callee = ["push {r4, r5, r6, lr}", "pop {r4, r5, r6, pc}"];
