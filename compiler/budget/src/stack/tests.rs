@@ -207,6 +207,9 @@ fn a_return_that_may_go_elsewhere_is_refused() {
     assert_eq!(told(&[&way]), back(AT + 8));
     let way = ["cbz r0, .+4", "mov lr, r1", "bx lr"];
     assert_eq!(told(&[&way]), back(AT + 4));
+    // Where it is found only later that one way has lost it, what follows is looked at again.
+    let later = ["cbz r0, .+6", "nop", "b .+4", "mov lr, r1", "bx lr"];
+    assert_eq!(told(&[&later]), back(AT + 8));
     // Ways that meet with another stack pointer, and one that nobody knows.
     assert_eq!(
         told(&[&["cbz r0, .+4", "push {r4}", "bx lr"]]),
