@@ -263,6 +263,11 @@ fn a_register_that_a_function_gives_back_points_where_it_did() {
     let other = [PUSH_R6_LR, MOV_R6_R1, ADD_SP_4, POP_PC];
     assert!(!r6_points(&other, outside));
     assert!(r6_points(&[NOP, BX_LR], outside) && r6_points(&[NOP, BX_LR], 5));
+    const LDR_R0_R6_R1: u16 = 0x5870;
+    const LDR_R0_PC: u16 = 0x4801;
+    let of = |access| points(&[access, BX_LR], access, 0);
+    assert!(of(LDR_R0_R6) && !of(LDR_R0_R6_R1), "it may be an index");
+    assert!(!of(LDR_R0_PC) && !of(LDR_R1_R0));
 }
 
 /// What an index is added to points where it did, until it is written, and behind a function that

@@ -3,6 +3,7 @@
 
 use whippen_arm::image::executable;
 use whippen_audit::{Elf, audit};
+use whippen_board::AccessTime;
 use whippen_budget::{Bounded, Extent, NotBounded, Program, Unknown, certificate, cores};
 use whippen_keyboard::ProgramId;
 
@@ -106,6 +107,53 @@ fn columns_have_a_bound_that_a_checker_comes_to() {
     insta::assert_snapshot!(played.told());
 }
 
+fn cycles_of(bounds: &Bounded, part: &str) -> Option<u64> {
+    let mut parts = bounds.contended.parts.iter();
+    parts
+        .find(|(own, _)| own == part)
+        .map(|(_, cycles)| *cycles)
+}
+
+/// Where the start lets no core go before the DMA, each of its accesses holds up a load and a fetch
+/// at once; so it does before a core has read whether it is too late to send.
+#[test]
+fn a_dma_at_memory_may_come_first() {
+    let mut played = Played::on(columns(), &[&[(20, 0)]], &[20]);
+    let traffic = played.board.dma_traffic().expect("it has a DMA");
+    let more = 2 * u64::from(traffic.in_memory);
+    assert!(more > 0);
+    let first = played.bounds[0][0].clone();
+    assert_eq!(cycles_of(&first, "the DMA at memory"), None);
+    played.image.yields_dma = false;
+    // It is late then, by the words of columns alone.
+    let refused = played.bounded().expect_err("no bound");
+    let sending = first.contended.sending.expect("it sends");
+    let (cycles_max, until_cycles) = (sending.cycles_max + more, sending.until_cycles);
+    let late = NotBounded::SendsLate {
+        cycles_max,
+        until_cycles,
+    };
+    assert_eq!(refused, late);
+}
+
+/// A word that the other core looks up takes as long as memory does.
+#[test]
+fn visits_take_what_an_access_takes() {
+    let mut played = played();
+    let visits = |bounds: &[Bounded]| [0, 1].map(|core| cycles_of(&bounds[core], VISITS));
+    assert_eq!(visits(&played.bounds[0]), [Some(20), Some(6)]);
+    for memory in &mut played.board.memory[1..] {
+        memory.access = AccessTime::Cycles(3);
+    }
+    let slow = played.bounded().expect("a bound");
+    assert_eq!(visits(&slow), [Some(3 * 20), Some(3 * 6)]);
+    let before = |bounds: &Bounded| cycles_of(bounds, "entry of the interrupt");
+    // Two cycles more for each of eight words and the vector, and for that the other core's.
+    assert_eq!(before(&slow[0]), Some(12 + 8 * 2 + 2 + 1));
+}
+
+const VISITS: &str = "the other core's visits";
+
 /// Where stacks lie among the code, each of the eight words that are saved and taken back waits for
 /// a fetch.
 #[test]
@@ -115,12 +163,7 @@ fn stacks_among_code_have_a_bound_that_a_checker_comes_to() {
     let played = Played::on(board, &[&[(5, 0)]], &[3, 2]);
     played.is_audited(1);
     for bounds in &played.bounds[0] {
-        let cycles = |name: &str| {
-            let mut parts = bounds.contended.parts.iter();
-            parts
-                .find(|(own, _)| own == name)
-                .map(|(_, cycles)| *cycles)
-        };
+        let cycles = |name: &str| cycles_of(bounds, name);
         // The vector, in flash's copy among the code, waits too.
         assert_eq!(cycles("entry of the interrupt"), Some(12 + 8 + 1));
         assert_eq!(cycles("return from the interrupt"), Some(12 + 8));

@@ -101,6 +101,56 @@ fn a_bounded_table_is_read() {
     assert_eq!(bound.infeasible, 0);
 }
 
+/// Three entries, as bytes and as halfwords: to a return, to a sum and one, to a division and one.
+/// What the index cannot be does not count, and nothing of what it can be is left out.
+#[test]
+fn every_entry_that_the_index_may_be_is_followed() {
+    let bytes = |most: u16| {
+        vec![
+            0x2800 | most,
+            0xd803,
+            0xe8df,
+            0xf000,
+            0x0302,
+            0x0005,
+            0x4770,
+            0x3101,
+            0x4770,
+            0xfbb2,
+            0xf1f3,
+            0x4770,
+        ]
+    };
+    let halves = |most: u16| {
+        vec![
+            0x2800 | most,
+            0xd804,
+            0xe8df,
+            0xf010,
+            3,
+            4,
+            6,
+            0x4770,
+            0x3101,
+            0x4770,
+            0xfbb2,
+            0xf1f3,
+            0x4770,
+        ]
+    };
+    let tables: [(&dyn Fn(u16) -> Vec<u16>, [u32; 2]); 2] =
+        [(&bytes, [14, 18]), (&halves, [16, 20])];
+    for (table, [sum, division]) in tables {
+        let of = |most| asked(&table(most), &returning()).expect("a bound");
+        let [one, two, three] = [0, 1, 2].map(of);
+        let passes = |bound: &Bound, at| bound.path.iter().any(|step| step.address == CODE + at);
+        assert!(!passes(&one, sum) && !passes(&two, division));
+        assert!(passes(&two, sum) && two.cycles_max >= one.cycles_max);
+        assert!(passes(&three, division) && three.cycles_max > two.cycles_max + 4);
+        assert!(one.code_bytes < two.code_bytes && two.code_bytes < three.code_bytes);
+    }
+}
+
 #[test]
 fn what_a_path_stops_at_is_not_counted() {
     let whole = asked(&[0x3001, 0x3001, 0x4770], &returning())
