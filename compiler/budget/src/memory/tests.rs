@@ -270,6 +270,47 @@ fn a_register_that_a_function_gives_back_points_where_it_did() {
     assert!(!of(LDR_R0_PC) && !of(LDR_R1_R0));
 }
 
+/// A step by a constant leaves a pointer where it points, everything else that is written does not.
+#[test]
+fn what_is_no_step_by_a_constant_is_no_pointer() {
+    for (text, points_there) in [
+        ("ldr r0, [r6], #4", true),
+        ("ldr r0, [r6, #-4]!", true),
+        ("ldrd r0, r1, [r6], #8", true),
+        ("ldm r6!, {r0, r1}", true),
+        ("str r0, [r6], #4", true),
+        ("strd r0, r1, [r6], #8", true),
+        ("stm r6!, {r0, r1}", true),
+        ("adds r6, #4", true),
+        ("subs r6, #4", true),
+        ("str r6, [r1]", true),
+        ("movs r5, r6", true),
+        ("ldr r6, [r1]", false),
+        ("ldr r6, [r6]", false),
+        ("ldr r6, [r1], #4", false),
+        ("ldrd r6, r0, [r1]", false),
+        ("ldrd r0, r6, [r1], #8", false),
+        ("ldrd r6, r0, [r6]", false),
+        ("ldrd r0, r6, [r6]", false),
+        ("ldm r6, {r6, r7}", false),
+        ("ldm r1!, {r6, r7}", false),
+        ("adds r6, r1, #4", false),
+        ("subs r6, r1, #4", false),
+        ("adds r6, r6, r1", false),
+        ("mov r6, r1", false),
+        ("and r6, r6, #7", false),
+    ] {
+        let inst = whippen_isa::parse(text, Arch::V8M, None);
+        let inst = inst.unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
+        let (first, second) = inst.encode(Arch::V8M).expect("it has bits").halfwords();
+        let mut words = vec![first];
+        words.extend(second);
+        let at = words.len();
+        words.extend([LDR_R0_R6, BX_LR]);
+        assert_eq!(points(&words, LDR_R0_R6, at), points_there, "{text}");
+    }
+}
+
 /// What an index is added to points where it did, until it is written, and behind a function that
 /// gives it back.
 #[test]

@@ -167,6 +167,11 @@ fn stacks_among_code_have_a_bound_that_a_checker_comes_to() {
         // The vector, in flash's copy among the code, waits too.
         assert_eq!(cycles("entry of the interrupt"), Some(12 + 8 + 1));
         assert_eq!(cycles("return from the interrupt"), Some(12 + 8));
+        let waiting = bounds.waiting();
+        let mut saved = waiting
+            .iter()
+            .filter(|waited| waited.data.ends_with(" saves"));
+        assert_eq!(saved.next().map(|waited| waited.cycles), Some(2 * 8 + 1));
     }
 }
 
