@@ -354,3 +354,14 @@ fn a_pointer_with_an_index_is_known_where_all_ways_say_so() {
     assert!(points(&code([0xeb06, 0x0480]), LDR_R0_R4, 5));
     assert!(!points(&code([0xeb07, 0x0480]), LDR_R0_R4, 5));
 }
+
+/// A loop in which it is written leaves it unknown, also where the loop is left before.
+#[test]
+fn a_pointer_with_an_index_is_known_behind_a_loop_that_keeps_it() {
+    const LDR_R0_R4: u16 = 0x6820;
+    const MOV_R4_R1: u16 = 0x460c;
+    // add r4, r6, r0, lsl #2; 1: cbz r1, 2f; the loop; b 1b; 2: the access
+    let code = |inside| [0xeb06, 0x0480, 0xb109, inside, 0xe7fc, LDR_R0_R4, BX_LR];
+    assert!(points(&code(NOP), LDR_R0_R4, 5));
+    assert!(!points(&code(MOV_R4_R1), LDR_R0_R4, 5));
+}
