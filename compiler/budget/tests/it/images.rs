@@ -246,6 +246,9 @@ fn an_image_without_a_firmware_has_no_bound() {
     }
 }
 
+/// Something that lies below an address.
+type Change<'a> = &'a dyn Fn(&mut Played, u32);
+
 /// Below a stack lies a section, another stack or the end of the memory: as far as it reaches there
 /// is room, and not a byte less.
 #[test]
@@ -277,8 +280,7 @@ fn a_stack_has_the_room_that_it_needs() {
             memories[own].size -= upper.size;
             memories.insert(own + 1, upper);
         };
-        let changes: [&dyn Fn(&mut Played, u32); 3] = [&section, &stack, &memory];
-        for change in changes {
+        for change in [&section as Change, &stack, &memory] {
             assert_eq!(below(needed, change), Ok(()));
             assert_eq!(below(needed - 4, change), of(needed - 4));
         }
