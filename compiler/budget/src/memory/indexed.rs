@@ -125,7 +125,7 @@ impl<F: Fn(&Item) -> bool> Analysis<'_, F> {
     /// Past an instruction.
     fn pass(&self, item: &Item, made: &mut Made) {
         let inst = &item.inst;
-        let moved = inst.op() == Op::MOV_register && inst.amount == 0 && !inst.is_conditional();
+        let moved = inst.op() == Op::MOV_register && !inst.is_conditional();
         let written = match (self.adds)(item) {
             true => Some(inst.n),
             false if moved => made[usize::from(inst.m & 15)],

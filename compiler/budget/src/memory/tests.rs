@@ -217,6 +217,15 @@ fn an_address_of_the_stack_is_noticed_wherever_it_goes() {
 /// Whether it is known where this access goes in the place of the halfword of that number, in code
 /// where R6 points into known memory.
 fn points(words: &[u16], access: u16, at_word: usize) -> bool {
+    points_with(&crate::Annotations::default(), words, access, at_word)
+}
+
+fn points_with(
+    annotations: &crate::Annotations,
+    words: &[u16],
+    access: u16,
+    at_word: usize,
+) -> bool {
     let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let (mut code, at) = (crate::Code::default(), 0x2000_0000);
     code.add(at, bytes);
@@ -224,7 +233,7 @@ fn points(words: &[u16], access: u16, at_word: usize) -> bool {
         core: &whippen_isa::timing::Core::cortex_m33(),
         code: &code,
         entry: at,
-        annotations: &crate::Annotations::default(),
+        annotations,
         interference: None,
     };
     let graph = Graph::build(&query, &crate::graph::Tables::default()).expect("a graph");
@@ -343,6 +352,73 @@ fn a_pointer_with_an_index_points_where_it_did() {
         [false],
         "another register is given back"
     );
+}
+
+/// A copy points there too, unless it is made in some cases alone; what is made of it does not.
+#[test]
+fn a_copy_of_a_pointer_with_an_index_points_where_it_did() {
+    const LDR_R0_R5: u16 = 0x6828;
+    let after = |texts: &[&str]| {
+        let (mut words, mut it) = (vec![0xeb06, 0x0480], ItState::OUTSIDE);
+        for text in texts {
+            let inst = whippen_isa::parse(text, Arch::V8M, it.cond());
+            let inst = inst.unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
+            it = match text.starts_with("it") {
+                true => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
+                    .expect("an IT instruction"),
+                false => it.advance(),
+            };
+            let (first, second) = inst.encode(Arch::V8M).expect("it has bits").halfwords();
+            words.push(first);
+            words.extend(second);
+        }
+        let at = words.len();
+        words.extend([LDR_R0_R5, BX_LR]);
+        points(&words, LDR_R0_R5, at)
+    };
+    assert!(after(&["mov r5, r4"]) && after(&["mov r5, r4", "adds r5, #4"]));
+    for other in [
+        &["it eq", "moveq r5, r4"][..],
+        &["mov r5, r4", "it eq", "moveq r5, r1"],
+        &["mov r5, r1"],
+        &["lsls r5, r4, #2"],
+        &["adds r5, r0, r4"],
+        &["adds r5, r4, #4"],
+        &["mvns r5, r4"],
+    ] {
+        assert!(!after(other), "{other:?}");
+    }
+}
+
+/// Each call has its own caller, who had its own pointers; what is bounded elsewhere leaves none.
+#[test]
+fn calls_of_one_function_are_apart() {
+    const LDR_R0_R4: u16 = 0x6820;
+    const MOV_R4_R1: u16 = 0x460c;
+    const KEEPS: [u16; 3] = [0xb510, MOV_R4_R1, 0xbd10];
+    // BL of what stands behind twelve halfwords, from the fourth and from the seventh.
+    let [first, second] = [[0xf000, 0xf807], [0xf000, 0xf803]];
+    let code = |one: [u16; 2], other: [u16; 2]| {
+        let caller = [
+            PUSH_LR, one[0], one[1], first[0], first[1], other[0], other[1],
+        ];
+        let rest = [second[0], second[1], LDR_R0_R4, POP_PC, NOP];
+        [&caller[..], &rest, &KEEPS].concat()
+    };
+    let (made, lost) = ([0xeb06, 0x0480], [MOV_R4_R1, NOP]);
+    assert!(points(&code(lost, made), LDR_R0_R4, 9));
+    assert!(!points(&code(made, lost), LDR_R0_R4, 9));
+    assert!(points(&code(made, [NOP, NOP]), LDR_R0_R4, 9));
+    let elsewhere = crate::Annotations {
+        known: [((None, 0x2000_0000 + 2 * 12), crate::Known::default())].into(),
+        ..crate::Annotations::default()
+    };
+    assert!(!points_with(
+        &elsewhere,
+        &code(made, [NOP, NOP]),
+        LDR_R0_R4,
+        9
+    ));
 }
 
 /// On two ways that meet, both must have made it of the same.

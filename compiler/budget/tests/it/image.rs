@@ -143,7 +143,7 @@ pub fn rp2350() -> Board {
     }
 }
 
-/// The same with three columns of keys on its pins, on one core, and a DMA that moves their words.
+/// The same with three columns of keys, on one core, and a DMA that moves their words.
 pub fn columns() -> Board {
     let mut board = rp2350();
     board.cores = 1;
