@@ -93,3 +93,34 @@ fn takes_stack_address(inst: &Inst) -> bool {
     let moved = inst.defs().core_bits() == sp.core_bits();
     !(accesses && inst.n == reg::SP && !stored || moved && !accesses)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use whippen_isa::{Arch, parse};
+
+    #[test]
+    fn an_address_of_the_stack_is_taken_by_what_reads_it_elsewhere() {
+        for (text, takes) in [
+            ("mov r0, sp", true),
+            ("add r0, sp, #4", true),
+            ("str.w sp, [r0]", true),
+            ("str.w sp, [sp, #4]", true),
+            ("ldr r0, [sp, #4]", false),
+            ("ldr r0, [sp], #8", false),
+            ("str r0, [sp, #4]", false),
+            ("push {r4, lr}", false),
+            ("pop {r4, pc}", false),
+            ("vstr s0, [sp]", false),
+            ("add sp, #8", false),
+            ("sub sp, #8", false),
+            ("mov sp, r0", false),
+            ("adds r0, r1", false),
+            ("ldr r0, [r1]", false),
+        ] {
+            let inst =
+                parse(text, Arch::V8M, None).unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
+            assert_eq!(takes_stack_address(&inst), takes, "{text}");
+        }
+    }
+}
