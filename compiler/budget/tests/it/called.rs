@@ -105,3 +105,25 @@ fn a_return_from_an_exception_is_no_branch() {
     // BX LR is a cycle, and two more where it is a branch that is taken.
     assert_eq!(of(&["adds r0, #1", "adds r1, #1", "nop.w", "bx lr"])[0], 4);
 }
+
+/// Whether the pipeline holds nothing at any end, and nothing that delays what follows.
+#[test]
+fn what_is_left_in_the_pipeline_is_told() {
+    let left = |texts: &[&str], stop: Option<u32>| {
+        let annotations = Annotations {
+            stops: stop.into_iter().collect(),
+            ..returning()
+        };
+        let bound = bound_of(&Code::new(CODE, assembled(texts)), CODE, &annotations);
+        let bound = bound.expect("a bound");
+        [bound.settled, bound.delays_nobody]
+    };
+    assert_eq!(left(&["adds r0, #1", "bx lr"], None), [true; 2]);
+    assert_eq!(left(&["vdiv.f32 s0, s1, s2", "bx lr"], None), [false; 2]);
+    assert_eq!(left(&["ldr r0, [r1]", "nop"], Some(CODE + 2)), [false; 2]);
+    // On one way of two, whichever comes first.
+    let divides = ["cbz r0, .+6", "vdiv.f32 s0, s1, s2", "bx lr"];
+    assert_eq!(left(&divides, None), [false; 2]);
+    let divides = ["cbz r0, .+4", "bx lr", "vdiv.f32 s0, s1, s2", "bx lr"];
+    assert_eq!(left(&divides, None), [false; 2]);
+}

@@ -4,7 +4,10 @@
 use whippen_arm::image::executable;
 use whippen_audit::{Elf, audit};
 use whippen_board::AccessTime;
-use whippen_budget::{Bounded, Extent, NotBounded, Program, Unknown, certificate, cores};
+use whippen_budget::{
+    Bounded, Extent, NotBounded, Program, Unknown, calling_tick_without_waiting, certificate,
+    cores, tick_without_waiting,
+};
 use whippen_keyboard::ProgramId;
 
 use super::image::{Played, columns, members, rate_of, rp2350};
@@ -134,6 +137,25 @@ fn a_dma_at_memory_may_come_first() {
         until_cycles,
     };
     assert_eq!(refused, late);
+}
+
+/// Keys by themselves, and a function around them, as in a relocatable file: what they cost with
+/// nobody else at the bus.
+#[test]
+fn keys_without_waiting_cost_what_they_cost_alone() {
+    let played = played();
+    let (alone, core) = (&played.bounds[0][0].alone, played.board.timing());
+    let tick = tick_without_waiting(&played.program, "core0", &core).expect("a bound");
+    assert_eq!(tick.key_cycles_max(), alone.key_cycles_max());
+    assert_eq!(tick.modes.len(), alone.zones[0].tick.modes.len());
+    let around = |keys| {
+        let ticked = ("core0", &tick, keys);
+        calling_tick_without_waiting(&played.program, "tick_core0", ticked, &core)
+            .expect("a bound")
+            .cycles_max
+    };
+    assert_eq!(around(5) - around(3), 2 * tick.key_cycles_max());
+    assert!(around(3) > tick.cycles_max(3));
 }
 
 /// A word that the other core looks up takes as long as memory does.
