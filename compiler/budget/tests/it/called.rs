@@ -127,3 +127,28 @@ fn what_is_left_in_the_pipeline_is_told() {
     let divides = ["cbz r0, .+4", "bx lr", "vdiv.f32 s0, s1, s2", "bx lr"];
     assert_eq!(left(&divides, None), [false; 2]);
 }
+
+/// A division is as long as the bits of its quotient: those of the largest dividend without those
+/// of the smallest divisor, as words with a sign or without.
+#[test]
+fn a_division_takes_what_its_operands_allow() {
+    let of = |text: &str, r2: [i32; 2], r3: [i32; 2]| {
+        let known = [(2, r2), (3, r3)].map(|(at, ends)| (at, ends.map(|end| end as u32)));
+        let annotations = Annotations {
+            entered: known.into(),
+            ..returning()
+        };
+        cycles(&[text, "bx lr"], &annotations)
+    };
+    let [udiv, sdiv] = ["udiv r1, r2, r3", "sdiv r1, r2, r3"];
+    let divide = whippen_isa::timing::Core::cortex_m33().divide;
+    let none = of(udiv, [1, 3], [16, 31]);
+    let bits = |bits: u64| {
+        let start = u64::try_from(divide.start.cycles).expect("no less than none");
+        none + start + bits / u64::try_from(divide.bits_per_cycle.cycles).expect("some")
+    };
+    assert_eq!(of(udiv, [0x10, 0xff], [0x10, 0x1f]), bits(7 - 4));
+    assert_eq!(of(sdiv, [0x10, 0xff], [0x10, 0x1f]), bits(7 - 4));
+    assert_eq!(of(sdiv, [-0x100, -1], [0x10, 0x1f]), bits(8 - 4));
+    assert_eq!(of(udiv, [-0x100, -1], [0x10, 0x1f]), bits(31 - 4));
+}

@@ -118,6 +118,10 @@ fn every_entry_that_the_index_may_be_is_followed() {
             asked(&compared, &returning()).expect("a bound")
         };
         let [one, two, three] = [0, 1, 2].map(of);
+        // BGT in the place of BHI: the index may be below 0.
+        let signed = [&[table[0] | 2, table[1] | 0x400], &table[2..]].concat();
+        let refused = asked(&signed, &returning()).expect_err("no bound");
+        assert!(matches!(refused, NotBounded::NoTable { .. }));
         let passes = |bound: &Bound, at| bound.path.iter().any(|step| step.address == CODE + at);
         assert!(!passes(&one, sum) && !passes(&two, division));
         assert!(passes(&two, sum) && two.cycles_max >= one.cycles_max);
