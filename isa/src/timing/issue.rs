@@ -45,8 +45,7 @@ impl Core {
     }
 
     fn own_cycles(&self, timed: &Timed, outcome: &Outcome, cost: &mut Cost) {
-        let not_taken = timed.is(Timed::BRANCHES) && outcome.target.is_none();
-        if not_taken {
+        if is_not_taken(timed, outcome) {
             return;
         }
         cost.add(Reason::Issue, i32::from(timed.cycles));
@@ -83,7 +82,9 @@ impl Core {
 
     fn refill(&self, pipe: &Pipe, timed: &Timed, outcome: &Outcome, cost: &mut Cost) {
         let Some(target) = outcome.target else {
-            cost.add(Reason::Issue, i32::from(self.branches.not_taken.cycles));
+            if outcome.skipped || is_not_taken(timed, outcome) {
+                cost.add(Reason::Issue, i32::from(self.branches.not_taken.cycles));
+            }
             return;
         };
         cost.add(Reason::Refill, i32::from(self.branches.taken.cycles));
@@ -251,6 +252,12 @@ impl Core {
 /// What was late when a NOP or IT issued is there for whoever does not join it.
 fn has_expired(pipe: &Pipe, timed: &Timed) -> bool {
     pipe.is(Pipe::EMPTY) && !timed.is(Timed::NARROW)
+}
+
+/// Whether it is a branch that is not taken. What loads PC and is executed leads elsewhere: where
+/// there is no target it returns from an exception, and has loaded all its words before.
+fn is_not_taken(timed: &Timed, outcome: &Outcome) -> bool {
+    timed.is(Timed::BRANCHES) && outcome.target.is_none() && !timed.is(Timed::LOADS_PC)
 }
 
 /// The condition itself needs the flags, so a skipped instruction waits too.

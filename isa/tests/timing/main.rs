@@ -211,6 +211,27 @@ fn a_cost_names_what_it_waited_for_and_its_source() {
     assert_eq!(Takers::ALL.and(Takers::ADDRESS), Takers::ALL);
 }
 
+/// POP {R4-R11, PC} leads nowhere where it returns from an exception: nine words are loaded all the
+/// same. BX LR is a cycle, and a POP that is not executed the one of a branch that is not taken.
+#[test]
+fn a_return_from_an_exception_loads_all_its_words() {
+    use whippen_isa::timing::{Outcome, Pipe};
+    for core in [Core::cortex_m33(), Core::cortex_m4()] {
+        let cycles = |words, it, outcome: &Outcome| {
+            let timed = prepared(&core, words, it);
+            core.issue(Pipe::default(), &timed, 0, outcome).1.cycles()
+        };
+        let outside = ItState::OUTSIDE;
+        let [popped, kept] = [[0xe8bd, 0x8ff0], [0xe8bd, 0x4ff0]];
+        let words = cycles(kept, outside, &Outcome::NEXT);
+        assert_eq!(cycles(popped, outside, &Outcome::NEXT), words);
+        assert!(words >= 9);
+        assert_eq!(cycles([0x4770, 0], outside, &Outcome::NEXT), 1);
+        let inside = ItState::after_it(0, 8).expect("IT EQ");
+        assert_eq!(cycles(popped, inside, &Outcome::SKIPPED), 1);
+    }
+}
+
 /// An instruction with a condition that is met costs what it costs without one.
 #[test]
 fn a_condition_that_is_met_costs_nothing() {
