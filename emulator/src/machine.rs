@@ -43,7 +43,7 @@ pub struct Machine {
 }
 
 /// Nobody watches.
-pub(crate) struct Nobody;
+struct Nobody;
 
 impl Observer for Nobody {
     fn instruction(&mut self, _: &Step<'_>) {}

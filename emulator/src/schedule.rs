@@ -80,7 +80,7 @@ impl Machine {
     }
 
     /// The earliest cycle in which a device or a timer is due.
-    pub(crate) fn next_due(&self) -> u64 {
+    fn next_due(&self) -> u64 {
         let timers = self.cores.iter().map(|c| c.cpu.system.systick.due()).min();
         self.bus.due().min(timers.unwrap_or(u64::MAX))
     }
@@ -120,9 +120,7 @@ impl Machine {
         let fast = !looks(observer) && !self.has_breakpoints();
         while let Some(mut core) = self.next_core() {
             if fast && self.tries_apart(self.cores[core].cycle) {
-                if self.try_apart(horizon)? {
-                    break;
-                }
+                self.try_apart(horizon);
                 core = self.next_core().unwrap_or(core);
             }
             let changed = self.cores[core].cpu.system.changed && !first;
@@ -201,7 +199,7 @@ impl Machine {
     }
 
     /// Starts and halts cores as devices asked.
-    pub(crate) fn obey(&mut self) {
+    fn obey(&mut self) {
         if !std::mem::take(&mut self.bus.lines.changed) {
             return;
         }

@@ -1,6 +1,5 @@
 //! No translation: Cranelift does not know this computer, so all blocks are interpreted.
 
-use crate::apart::Before;
 use crate::block::Block;
 use crate::bus::Bus;
 use crate::cpu::Cpu;
@@ -24,7 +23,8 @@ pub(crate) struct Time {
     pub left: u64,
     pub instructions: u64,
     pub end: u64,
-    pub before: Before,
+    pub accesses_before: usize,
+    pub replaced_before: usize,
 }
 
 impl Time {
@@ -33,7 +33,8 @@ impl Time {
             left,
             instructions,
             end: 0,
-            before: Before::default(),
+            accesses_before: 0,
+            replaced_before: 0,
         }
     }
 }
