@@ -144,8 +144,8 @@ fn a_division_takes_what_its_operands_allow() {
     let divide = whippen_isa::timing::Core::cortex_m33().divide;
     let none = of(udiv, [1, 3], [16, 31]);
     let bits = |bits: u64| {
-        let start = u64::try_from(divide.start.cycles).expect("no less than none");
-        none + start + bits / u64::try_from(divide.bits_per_cycle.cycles).expect("some")
+        let start = u64::from(divide.start.cycles);
+        none + start + bits / u64::from(divide.bits_per_cycle.cycles)
     };
     assert_eq!(of(udiv, [0x10, 0xff], [0x10, 0x1f]), bits(7 - 4));
     assert_eq!(of(sdiv, [0x10, 0xff], [0x10, 0x1f]), bits(7 - 4));
