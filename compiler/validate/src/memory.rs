@@ -97,6 +97,12 @@ impl Terms {
 }
 
 impl Memory {
+    /// Takes what another one holds, too.
+    pub fn extend(&mut self, other: Memory) {
+        self.held.extend(other.held);
+        self.meets |= other.meets;
+    }
+
     /// What an address holds, as so many bytes: words are signed, others are not.
     pub fn load(&self, terms: &mut Terms, address: Term, bytes: u8) -> Told<Term> {
         let place = terms.address(address);

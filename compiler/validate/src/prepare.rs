@@ -273,8 +273,8 @@ fn enter_loop(question: &Question, terms: &mut Terms, head: Option<u32>) -> Told
     let back = machine.registers[usize::from(LR)];
     if head.is_none() {
         let cells = first_cells(question, terms, at)?;
-        machine.memory.held.extend(cells.held);
-        wanted.held.extend(begun(question, terms, at)?.held);
+        machine.memory.extend(cells);
+        wanted.extend(begun(question, terms, at)?);
     }
     let left = machine.run_until(terms, |machine| head == Some(machine.pc))?;
     let stack = terms.of(Kind::Base(Base::Stack));
