@@ -14,6 +14,19 @@ use whippen_runtime::monitor::{BoardMemory, BoardWrite};
 
 const PROGRAM: &str = "instruments/virtual-spring.whip";
 
+/// Captures a key of four from where its program begins. Between the two requests the board plays
+/// on, the longer the busier this computer is.
+const FROM_THE_BEGINNING: [&str; 8] = [
+    "--keys",
+    "4",
+    "--capture",
+    "1",
+    "--trigger",
+    "begin",
+    "--seconds",
+    "150ms",
+];
+
 fn whippen(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_whippen"));
     command
@@ -117,22 +130,9 @@ fn it_speaks_to_an_emulated_board() {
         "{status}"
     );
     // Over a pseudo-terminal, as over a serial port: a capture from the beginning on is jit's.
-    // Between the two requests the board plays on, the longer the busier this computer is.
     let door = if cfg!(unix) { "pty" } else { "0" };
-    let more = [
-        "--keys",
-        "4",
-        "--capture",
-        "1",
-        "--trigger",
-        "begin",
-        "--seconds",
-        "150ms",
-        "--out",
-        &trace,
-        "--report",
-        &page,
-    ];
+    let files = ["--out", &trace, "--report", &page];
+    let more = [&FROM_THE_BEGINNING[..], &files].concat();
     let said = Emulated::start(&image, &sense, door).monitor(&more);
     let told = text(&said.stdout);
     assert!(said.status.success(), "{told}{}", text(&said.stderr));
@@ -177,17 +177,7 @@ fn a_capture_from_the_beginning_has_empty_lines() {
     std::fs::write(&sense, words()).expect("it is written");
     let built = ran(&["build", &program, "--keys", "4", "--monitor", "-o", &image]);
     assert!(built.status.success(), "{}", text(&built.stderr));
-    let more = [
-        "--keys",
-        "4",
-        "--capture",
-        "1",
-        "--trigger",
-        "begin",
-        "--seconds",
-        "150ms",
-    ];
-    let said = Emulated::start(&image, &sense, "0").monitor_of(&program, &more);
+    let said = Emulated::start(&image, &sense, "0").monitor_of(&program, &FROM_THE_BEGINNING);
     let told = text(&said.stdout);
     assert!(said.status.success(), "{told}{}", text(&said.stderr));
     assert!(told.contains("; 0 of "), "{told}");

@@ -171,7 +171,7 @@ fn no_tick_is_missed() {
     assert_eq!((rig.word(mailbox + 12), rig.word(mailbox + 16)), (2, 0));
 }
 
-/// A force that of where the key was 441 ticks ago, from a line that no key fills itself.
+/// A force of where the key was 441 ticks ago, from a line that no key fills itself.
 const ECHO: &str = "
 instrument echo {
     sense x: length in 0 mm .. 10 mm
