@@ -9,7 +9,7 @@ use whippen_emulator::{
 };
 use whippen_isa::{Arch, Class, Encoding, Inst, ItState, Op, RegSet, ShiftType, decode, reg};
 
-use crate::access::{addresses, hands_stack, is_store, words};
+use crate::access::{addresses, hands_stack};
 use crate::facts::Facts;
 use crate::place::{Place, Tag};
 
@@ -293,7 +293,7 @@ fn check_hands(inst: &Inst, before: &Before) -> usize {
 /// That as many words are accessed, in the direction and from the address on that are said.
 fn check_accesses(inst: &Inst, before: &Before, registers: &[u32]) -> usize {
     let accesses = &before.log().accesses;
-    let count = usize::from(words(inst));
+    let count = usize::from(inst.words());
     if before.log().is_split() {
         return 0;
     }
@@ -301,7 +301,7 @@ fn check_accesses(inst: &Inst, before: &Before, registers: &[u32]) -> usize {
     let Some(&(first, _, writes)) = accesses.first() else {
         return 0;
     };
-    assert_eq!(writes, is_store(inst), "`{inst}`");
+    assert_eq!(writes, inst.class().is_store(), "`{inst}`");
     let known = |around: [i64; 2]| {
         let mut facts = Facts::default();
         for (register, word) in (0..).zip(registers) {
@@ -310,13 +310,8 @@ fn check_accesses(inst: &Inst, before: &Before, registers: &[u32]) -> usize {
         addresses(inst, CODE, &facts)
     };
     let first = i64::from(first as i32);
-    let simple = matches!(
-        inst.class(),
-        Class::Load | Class::Store | Class::LoadDual | Class::StoreDual
-    );
-    let by_register = inst.op().identifier().ends_with("_register");
     for around in [[0, 0], [-3, 8]] {
-        let wanted = (simple && !by_register).then_some(around.map(|more| first + more));
+        let wanted = (!inst.is_by_register()).then_some(around.map(|more| first + more));
         assert_eq!(known(around), wanted, "`{inst}`");
     }
     count
@@ -340,11 +335,11 @@ fn check_place(inst: &Inst, before: &Before, after: &Place) {
     }
     let clears = before.log().is_small()
         || inst.class() == Class::StoreDual && inst.t == inst.t2
-        || is_store(inst)
+        || inst.class().is_store()
             && inst.n == reg::SP
             && (inst.class().is_floating_point()
                 || inst.class() == Class::StoreOrdered
-                || inst.op().identifier().ends_with("_register"));
+                || inst.is_by_register());
     for slot in -2 * BELOW..0 {
         let word = before.log().word(TOP.wrapping_add_signed(slot));
         let tag = told(slot).map(|(_, tag)| *tag);
@@ -360,7 +355,7 @@ fn check_place(inst: &Inst, before: &Before, after: &Place) {
 
 /// Whether what an instruction leaves in a register may be a tag that it moved there.
 fn keeps_tag(inst: &Inst, register: u8) -> bool {
-    let loads = inst.n == reg::SP && !inst.op().identifier().ends_with("_register");
+    let loads = inst.n == reg::SP && !inst.is_by_register();
     match inst.class() {
         // A shifted index further.
         _ if inst.op() == Op::ADD_register => inst.shift == ShiftType::LSL && inst.amount > 0,
@@ -391,7 +386,7 @@ fn check_refusal(inst: &Inst, before: &Before, why: &str) -> usize {
         }
         _ => {
             let moved = before.register(reg::SP) != TOP - BELOW as u32;
-            let odd = inst.op().identifier().ends_with("_register");
+            let odd = inst.is_by_register();
             assert!(moved || odd, "`{inst}`: {why}");
         }
     }

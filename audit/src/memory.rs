@@ -16,7 +16,7 @@ use std::rc::Rc;
 use whippen_isa::{Inst, reg};
 
 use crate::Refusal;
-use crate::access::{RANGE, addresses, fetches, is_store, words};
+use crate::access::{RANGE, addresses};
 use crate::certificate::{Bus, Certificate, Memory};
 use crate::elf::{Elf, Section};
 use crate::facts::{ALL, Facts, Interval, holds};
@@ -326,10 +326,10 @@ impl<'a> Around<'a> {
     pub(crate) fn waits(&self, access: &Access) -> Result<u16, Refusal> {
         let Access { inst, at, .. } = *access;
         let mut waits = 0_u16;
-        for word in fetches(inst, at, access.target) {
+        for word in inst.fetched_words(at, access.target) {
             waits = waits.saturating_add(self.fetch(word)?);
         }
-        let count = if access.skipped { 0 } else { words(inst) };
+        let count = if access.skipped { 0 } else { inst.words() };
         if count == 0 {
             return Ok(waits);
         }
@@ -343,7 +343,7 @@ impl<'a> Around<'a> {
         }
         let mut each = self.anywhere(access.fetched, self.reach(access)?);
         let base = access.facts.of(inst.n);
-        if inst.n != reg::PC && base[1] - base[0] < RANGE {
+        if inst.is_by_register() && inst.n != reg::PC && base[1] - base[0] < RANGE {
             let near = self.words_between(access, base.map(|end| end as u32));
             // The base may be an index, to which the address is added.
             each = each.max(near.unwrap_or(0));
@@ -365,7 +365,7 @@ impl<'a> Around<'a> {
         let most = banks
             .map(|bank| self.bank(access.fetched, (*bank).into()))
             .fold(device, u16::max);
-        Ok(waits.saturating_add(most.saturating_mul(words(access.inst))))
+        Ok(waits.saturating_add(most.saturating_mul(access.inst.words())))
     }
 
     /// A word at any of these addresses.
@@ -392,7 +392,7 @@ impl<'a> Around<'a> {
                 format!("accesses {word:#x}, where no time is known"),
             )
         })?;
-        let stores = is_store(access.inst);
+        let stores = access.inst.class().is_store();
         Ok(self.device(bus, if stores { bus.write } else { bus.read }))
     }
 
@@ -423,7 +423,7 @@ impl<'a> Around<'a> {
             let memory = self.memory_at(at);
             return Ok(memory.map_or(0, |memory| memory.banks_of(memory.base, memory.size)));
         }
-        let by_register = inst.op().identifier().ends_with("_register");
+        let by_register = inst.is_by_register();
         match access.section.filter(|_| !by_register) {
             Some(section) => self.section_banks(section),
             None if inst.n == reg::SP && !by_register => Ok(self.stack),

@@ -6,7 +6,7 @@ mod tests;
 
 use whippen_isa::{Inst, reg};
 
-use crate::access::{addresses, words};
+use crate::access::addresses;
 use crate::facts::Facts;
 use crate::memory::Around;
 use crate::place::{Tag, steps};
@@ -22,8 +22,7 @@ pub struct Last {
 
 /// Whether the address is in the register `n`, but for a constant or a shifted index.
 fn is_by_pointer(inst: &Inst) -> bool {
-    let by_register = inst.op().identifier().ends_with("_register");
-    words(inst) > 0 && inst.n != reg::PC && (!by_register || inst.amount > 0)
+    inst.words() > 0 && inst.base() != reg::PC && (!inst.is_by_register() || inst.amount > 0)
 }
 
 impl Last {
@@ -35,7 +34,7 @@ impl Last {
         tag: Option<Tag>,
         around: &Around,
     ) -> Self {
-        if words(inst) == 0 {
+        if inst.words() == 0 {
             return Self::default();
         }
         let kept = inst.defs().core_bits() >> inst.n & 1 == 0 || steps(inst, inst.n);
@@ -60,17 +59,17 @@ fn memory_of(
     tag: Option<Tag>,
     around: &Around,
 ) -> Option<u32> {
-    let by_register = inst.op().identifier().ends_with("_register");
+    let by_register = inst.is_by_register();
     match tag {
-        _ if inst.n == reg::PC || inst.op().identifier().ends_with("_literal") => {
-            around.memory_base(at)
+        Some(Tag::Section(section)) if !by_register && inst.base() != reg::PC => {
+            around.memory_base(section)
         }
-        Some(Tag::Section(section)) if !by_register => around.memory_base(section),
         _ if inst.n == reg::SP && !by_register => around.stack_memory(),
         _ => {
             let [low, high] = addresses(inst, at, facts)?;
+            let last = (high as u32).wrapping_add(4 * u32::from(inst.words() - 1));
             let memory = around.memory_base(low as u32)?;
-            (around.memory_base(high as u32) == Some(memory)).then_some(memory)
+            (around.memory_base(last) == Some(memory)).then_some(memory)
         }
     }
 }

@@ -8,8 +8,6 @@ use std::ops::RangeInclusive;
 
 use whippen_isa::{Class, Inst, Op, RegSet, ShiftType, reg};
 
-use crate::access::{is_store, words};
-
 /// Where the stack pointer may be, in bytes from where it was when the function was entered: what
 /// is above that is the caller's. No stack is that large.
 const STACK: RangeInclusive<i32> = -(1 << 24)..=0;
@@ -116,7 +114,7 @@ impl Place {
         sp: i32,
         before: &[Option<Tag>; 16],
     ) -> Result<(), &'static str> {
-        if !is_store(inst) || inst.n != reg::SP {
+        if !inst.class().is_store() || inst.n != reg::SP {
             return Ok(());
         }
         let Some([from, end]) = stored(inst, sp) else {
@@ -163,7 +161,7 @@ pub(crate) fn steps(inst: &Inst, register: u8) -> bool {
 
 /// By how many bytes an instruction moves the stack pointer.
 fn moved(inst: &Inst) -> Option<i32> {
-    let bytes = 4 * i32::from(words(inst));
+    let bytes = 4 * i32::from(inst.words());
     match (inst.class(), inst.op()) {
         (_, Op::ADD_SP_plus_immediate) => Some(inst.imm as i32),
         (_, Op::SUB_SP_minus_immediate) => Some(-(inst.imm as i32)),
@@ -172,62 +170,40 @@ fn moved(inst: &Inst) -> Option<i32> {
         (Class::Load | Class::LoadDual | Class::Store | Class::StoreDual, _)
             if inst.n == reg::SP && inst.wback =>
         {
-            Some(offset(inst))
+            Some(inst.displacement())
         }
         _ => None,
-    }
-}
-
-/// How far a load or store goes from its base, or moves it.
-fn offset(inst: &Inst) -> i32 {
-    match inst.add {
-        true => inst.imm as i32,
-        false => -(inst.imm as i32),
     }
 }
 
 /// From where to where an instruction stores by the stack pointer, which is at `sp`, if that is
 /// known.
 fn stored(inst: &Inst, sp: i32) -> Option<[i32; 2]> {
-    use Class::*;
     let bytes = match inst.op() {
         Op::STRB_immediate | Op::STRBT => 1,
         Op::STRH_immediate | Op::STRHT => 2,
-        _ => 4 * i32::from(words(inst)),
+        _ => 4 * i32::from(inst.words()),
     };
-    let by_register = inst.op().identifier().ends_with("_register");
-    let from = match inst.class() {
-        Store | StoreDual | FloatStore if by_register => return None,
-        Store | StoreDual | FloatStore if inst.index => sp + offset(inst),
-        Store | StoreDual => sp,
-        StoreMultiple | FloatStoreMultiple => match inst.op() {
-            Op::STM | Op::VSTMIA | Op::VSTMIA_single | Op::FSTMIAX => sp,
-            _ => sp - bytes,
-        },
-        _ => return None,
-    };
+    let offset = inst.first_offset()?;
+    let from = (inst.class() != Class::StoreOrdered).then_some(sp + offset)?;
     Some([from, from + bytes])
 }
 
 /// The slot that an instruction loads a register from, or stores it to.
 fn slot(inst: &Inst, sp: i32, register: u8, stores: bool) -> Option<i32> {
     use Class::*;
-    if inst.n != reg::SP || inst.op().identifier().ends_with("_register") {
+    if inst.n != reg::SP {
         return None;
     }
+    let from = sp + inst.first_offset()?;
     let list = inst.imm as u16;
     let below = 4 * (u32::from(list) & ((1 << register) - 1)).count_ones() as i32;
-    let offset = if inst.index { offset(inst) } else { 0 };
     let listed = list >> register & 1 != 0;
     match (inst.class(), stores) {
-        (StoreMultiple, true) if listed && inst.op() == Op::STM => Some(sp + below),
-        (StoreMultiple, true) if listed => Some(sp - 4 * list.count_ones() as i32 + below),
-        (LoadMultiple, false) if listed && inst.op() != Op::LDMDB => Some(sp + below),
-        (Load, false) if inst.t == register && inst.op() == Op::LDR_immediate => Some(sp + offset),
-        (Store, true) | (StoreDual, true) | (LoadDual, false) if inst.t == register => {
-            Some(sp + offset)
-        }
-        (StoreDual, true) | (LoadDual, false) if inst.t2 == register => Some(sp + offset + 4),
+        (StoreMultiple, true) | (LoadMultiple, false) if listed => Some(from + below),
+        (Load, false) if inst.t == register && inst.op() == Op::LDR_immediate => Some(from),
+        (Store, true) | (StoreDual, true) | (LoadDual, false) if inst.t == register => Some(from),
+        (StoreDual, true) | (LoadDual, false) if inst.t2 == register => Some(from + 4),
         _ => None,
     }
 }

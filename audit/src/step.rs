@@ -174,7 +174,7 @@ impl Stepper<'_> {
                 return Err(Refusal::at(at, "leaves the code's own hands"));
             }
             // How many words, only the coprocessor knows.
-            Class::Coprocessor if accesses_memory(inst.op()) => {
+            Class::Coprocessor if inst.is_of_coprocessor_memory() => {
                 return Err(Refusal::at(at, "accesses memory for a coprocessor"));
             }
             Class::BranchRegister if inst.m == reg::LR && !told => Control::Return,
@@ -456,12 +456,6 @@ impl Stepping<'_, '_> {
         state.pipe = pipe;
         Ok(cost.cycles().into())
     }
-}
-
-/// Whether a coprocessor's instruction loads or stores.
-fn accesses_memory(op: Op) -> bool {
-    let name = op.identifier();
-    name.starts_with("LDC") || name.starts_with("STC")
 }
 
 /// The most bits of a quotient: they decide how long a division is.

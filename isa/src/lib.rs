@@ -54,6 +54,7 @@
 
 extern crate alloc;
 
+mod access;
 mod arch;
 mod class;
 mod cond;

@@ -10,6 +10,7 @@ mod board;
 mod faults;
 mod friction;
 mod image;
+mod memories;
 mod own;
 mod played;
 mod searched;

@@ -1,32 +1,13 @@
-//! What is fetched, and which addresses are looked at one by one; what an emulated core accesses is
+//! Which addresses are looked at one by one; what an emulated core accesses is
 //! in `executed`.
 
 use whippen_isa::{Arch, Inst, parse};
 
-use super::{RANGE, addresses, fetches};
+use super::{RANGE, addresses};
 use crate::facts::Facts;
 
 fn inst(text: &str) -> Inst {
     parse(text, Arch::V8M, None).expect("an instruction")
-}
-
-/// Words are fetched one after the other: one for each that an instruction begins with, or ends
-/// in; behind a branch that leads into an upper half that one again, for the half alone.
-#[test]
-fn every_word_is_fetched_once_and_that_of_a_target_in_its_upper_half() {
-    let (narrow, wide) = (inst("movs r0, #1"), inst("mov.w r0, #1"));
-    for (inst, at, target, words) in [
-        (narrow, 0x100, None, vec![0x100]),
-        (narrow, 0x102, None, vec![]),
-        (wide, 0x100, None, vec![0x100]),
-        (wide, 0x102, None, vec![0x104]),
-        (narrow, 0x102, Some(0x200), vec![]),
-        (narrow, 0x102, Some(0x202), vec![0x202]),
-        (narrow, 0x100, Some(0x206), vec![0x100, 0x206]),
-    ] {
-        let fetched: Vec<u32> = fetches(&inst, at, target).collect();
-        assert_eq!(fetched, words, "`{inst}` at {at:#x} to {target:x?}");
-    }
 }
 
 /// The address of a literal is from the word of the instruction on, up or down.

@@ -161,6 +161,11 @@ fn an_access_waits_for_its_memory_and_for_each_port_of_the_other_core() {
         // Of two words the second alone: core 1's stack behind its memory.
         ("ldrd r2, r3, [r1, #4]", at(SLOW + 0xff8), 8 + 1),
         ("ldrd r2, r3, [r1]", at(OTHER_STACK), 1 + 1),
+        // Of a list those that lie there, wherever it begins.
+        ("ldm r1, {r2, r3, r4}", at(SLOW + 0xff8), 8 + 8 + 1),
+        ("ldmdb r1, {r2, r3}", at(SLOW + 0x1004), 8 + 1),
+        ("vldr s0, [r1, #16]", at(SLOW + 0xff0), 1),
+        ("vldmia r1, {s0-s1}", at(SLOW + 0xffc), 8 + 1),
         // Of a few addresses the worst.
         ("ldr r0, [r1]", [i64::from(SLOW) - 4, i64::from(SLOW)], 8),
         (
@@ -256,8 +261,8 @@ fn an_unknown_address_lies_where_the_core_has_data() {
     assert_eq!(lost, Err("0x00001234 lies in no section".to_string()));
 }
 
-/// Where the base alone is known, an index or a list goes on from there: at least as long as the
-/// base's own word.
+/// Where the base alone is known, an index goes on from there: at least as long as the base's own
+/// word.
 #[test]
 fn a_known_base_tells_of_a_device() {
     let (board, elf) = two_cores();

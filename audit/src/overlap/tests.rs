@@ -58,7 +58,10 @@ fn two_accesses_by_one_register_are_in_one_memory() {
         (["ldr r0, [r1]", "ldr.w r3, [r1, r2, lsl #2]"], false),
         (["adds r0, r1, #1", "ldr r3, [r1]"], true),
         (["ldr r0, [r1]", "adds r0, r1, #1"], true),
-        (["tbb [pc, r0]", "tbb [pc, r0]"], false),
+        (["tbb [pc, r0]", "tbb [pc, r0]"], true),
+        // No base: it is not R0.
+        (["ldr r3, [pc, #4]", "ldr r1, [r0]"], true),
+        (["ldr r1, [r0]", "ldr r3, [pc, #4]"], true),
     ] {
         assert_eq!(is_apart(texts, [ANY, ANY], None), apart, "{texts:?}");
     }
@@ -76,6 +79,19 @@ fn two_accesses_are_in_one_memory_where_that_is_known() {
         (two, [at(DATA), ANY], None, true),
         (two, [ANY, at(DATA)], None, true),
         (two, [at(0x1000), at(0x1000)], None, true),
+        // The last word is in the other memory.
+        (
+            ["ldm r1, {r0, r4}", "ldr r3, [r2]"],
+            [at(HANDLER + 0x7ffc), at(HANDLER)],
+            None,
+            true,
+        ),
+        (
+            ["ldm r1, {r0, r4}", "ldr r3, [r2]"],
+            [at(HANDLER + 0x7ff8), at(HANDLER)],
+            None,
+            false,
+        ),
         // Some of these addresses are in another memory.
         (
             two,

@@ -35,7 +35,7 @@ impl Control {
             Class::TableBranch => Self::Table,
             Class::Exception | Class::Security => Self::Waits,
             // How many words, only the coprocessor knows.
-            Class::Coprocessor if moves_memory(inst.op()) => Self::Waits,
+            Class::Coprocessor if inst.is_of_coprocessor_memory() => Self::Waits,
             Class::Wait if matches!(inst.op(), Op::WFE | Op::WFI) => Self::Waits,
             _ if !inst.defs().contains(RegSet::core(reg::PC)) => Self::Next,
             Class::LoadMultiple | Class::Load if inst.n == reg::SP && inst.wback => Self::Return,
@@ -48,12 +48,6 @@ impl Control {
     pub fn branches(self) -> bool {
         self != Self::Next
     }
-}
-
-/// Whether a coprocessor's instruction loads or stores.
-fn moves_memory(op: Op) -> bool {
-    let name = op.identifier();
-    name.starts_with("LDC") || name.starts_with("STC")
 }
 
 /// Whether the instruction after it may follow a branch.

@@ -30,7 +30,7 @@ use bases::{Bases, steps};
 pub use graph_memory::GraphMemory;
 pub use waits::{Accessed, Waits};
 
-use access::{accesses, addresses, fetched, is_literal, is_store, roughly};
+use access::{addresses, roughly};
 
 /// Cycles that an access costs more, at most, that meets an own fetch: "can sometimes", says the
 /// RP2350 datasheet (3.7.4.9.12).
@@ -250,16 +250,16 @@ impl<'a> Interference<'a> {
         outcome: &Outcome,
     ) -> Result<Waits, UnknownTime> {
         let mut waits = Waits::default();
-        for word in fetched(inst, at, outcome.target.map(|target| target.address)) {
+        for word in inst.fetched_words(at, outcome.target.map(|target| target.address)) {
             waits += self.fetch(at, word)?;
         }
-        let words = if outcome.skipped { 0 } else { accesses(inst) };
+        let words = if outcome.skipped { 0 } else { inst.words() };
         if words == 0 {
             return Ok(waits);
         }
         let access = Access {
             at,
-            store: is_store(inst),
+            store: inst.class().is_store(),
             fetched: graph.fetched,
         };
         if let Some(first) = addresses(inst, at, facts) {
@@ -298,14 +298,14 @@ impl<'a> Interference<'a> {
         let more = all
             .map(|&bank| self.bank(graph.fetched, bank))
             .fold(device, Waits::max);
-        Ok(waits + more.times(accesses(inst)))
+        Ok(waits + more.times(inst.words()))
     }
 
     /// What an instruction's data are.
     pub fn accessed(&self, inst: &Inst, at: u32, facts: &Facts, graph: &GraphMemory) -> Accessed {
         match addresses(inst, at, facts) {
-            _ if accesses(inst) == 0 => Accessed::Nothing,
-            _ if is_literal(inst) || inst.n == reg::PC => Accessed::Constant,
+            _ if inst.words() == 0 => Accessed::Nothing,
+            _ if inst.base() == reg::PC => Accessed::Constant,
             Some(address) => Accessed::At(address.low as u32),
             None => graph
                 .bases

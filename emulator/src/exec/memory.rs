@@ -238,5 +238,5 @@ fn store_of<T: Datum>(inst: &Inst) -> Run {
 }
 
 fn has_index(inst: &Inst) -> bool {
-    inst.op().identifier().ends_with("_register")
+    inst.is_by_register()
 }

@@ -78,7 +78,7 @@ impl Emitter<'_, '_> {
             return (self.constant(op.imm), None);
         }
         let base = self.register(op, op.n);
-        if inst.op().identifier().ends_with("_register") {
+        if inst.is_by_register() {
             let index = self.register(op, op.m);
             let index = self.f.ins().ishl_imm_u(index, i64::from(op.amount & 31));
             return (self.f.ins().iadd(base, index), None);

@@ -192,23 +192,6 @@ fn has_shifted_constant(inst: &Inst) -> bool {
     inst.encoding.row().rules.has(Rule::ModifiedImm) && thumb_imm_carry(inst.imm).is_some()
 }
 
-fn is_memory(class: Class) -> bool {
-    use Class::*;
-    is_load(class)
-        || matches!(
-            class,
-            Store | StoreDual | StoreMultiple | StoreOrdered | FloatStore | FloatStoreMultiple
-        )
-}
-
-fn is_load(class: Class) -> bool {
-    use Class::*;
-    matches!(
-        class,
-        Load | LoadDual | LoadMultiple | LoadOrdered | FloatLoad | FloatLoadMultiple
-    )
-}
-
 /// Core registers read: as operands, as addresses, as accumulator or addend; and which of the last
 /// two.
 fn sources(inst: &Inst, uses: RegSet) -> (u16, u16, u16, Takers) {
@@ -216,7 +199,7 @@ fn sources(inst: &Inst, uses: RegSet) -> (u16, u16, u16, Takers) {
     let reads = uses.core_bits();
     let only = |set: RegSet| set.core_bits() & reads;
     let class = inst.class();
-    if is_memory(class) || matches!(class, TableBranch | Preload) {
+    if class.is_load() || class.is_store() || matches!(class, TableBranch | Preload) {
         return (0, only(addresses(inst)), 0, Takers::NONE);
     }
     let (sums, sums_as) = match class {
@@ -310,7 +293,7 @@ fn about(inst: &Inst, defs: RegSet) -> u32 {
     [
         (narrow, Timed::NARROW),
         (writes_pc, Timed::BRANCHES),
-        (writes_pc && is_load(class), Timed::LOADS_PC),
+        (writes_pc && class.is_load(), Timed::LOADS_PC),
         (class == Class::TableBranch, Timed::LOADS_PC),
         (
             class == Class::Branch || bx_lr || narrow && empty,
@@ -328,8 +311,8 @@ fn about(inst: &Inst, defs: RegSet) -> u32 {
         (class == Class::Divide, Timed::DIVIDES),
         (class.is_floating_point(), Timed::FLOAT),
         (class == Class::FloatMultiplyAdd, Timed::FLOAT_SUM),
-        (is_memory(class), Timed::MEMORY),
-        (is_load(class), Timed::LOADS),
+        (class.is_load() || class.is_store(), Timed::MEMORY),
+        (class.is_load(), Timed::LOADS),
         (flags.writes.intersects(Flags::FPSCR), Timed::WRITES_FPSCR),
         (flags.reads.intersects(Flags::FPSCR), Timed::READS_FPSCR),
     ]

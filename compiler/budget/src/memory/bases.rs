@@ -11,7 +11,6 @@ use whippen_arm::stack::{loaded_slot, moved, stored_slot};
 use whippen_isa::{Class, Inst, Op};
 
 use super::Reach;
-use super::access::is_by_register;
 use super::indexed::{self, Indexed};
 use crate::graph::{ContextId, Control, Graph};
 
@@ -58,7 +57,7 @@ impl Bases {
 
     /// The register that an access goes by, or that its register was made of.
     pub fn pointer(&self, inst: &Inst, at: u32) -> Option<u8> {
-        if is_by_register(inst) {
+        if inst.is_by_register() || inst.base() != inst.n {
             return None;
         }
         let own = self.base(inst.n, at).map(|_| inst.n);

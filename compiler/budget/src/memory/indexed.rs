@@ -13,7 +13,6 @@ use std::collections::BTreeMap;
 
 use whippen_isa::{Inst, Op, ShiftType};
 
-use super::access::accesses;
 use super::bases::{keeps, steps};
 use crate::graph::{Block, Control, Edge, Graph, Item};
 
@@ -38,7 +37,7 @@ pub(super) fn of(graph: &Graph, is_pointer: impl Fn(u8, u32) -> bool) -> Indexed
             continue;
         };
         for item in &block.items {
-            if accesses(&item.inst) > 0 {
+            if item.inst.words() > 0 {
                 let own = made[usize::from(item.inst.n & 15)];
                 let known = all.entry(item.address).or_insert(own);
                 *known = known.filter(|known| Some(*known) == own);

@@ -7,7 +7,7 @@
 use whippen_board::Memory;
 use whippen_isa::{Inst, reg};
 
-use super::access::{accesses, addresses, is_by_register, is_literal, roughly};
+use super::access::{addresses, roughly};
 use super::{GraphMemory, Interference, steps};
 use crate::facts::Facts;
 use crate::graph::Item;
@@ -22,7 +22,7 @@ impl Interference<'_> {
         facts: &Facts,
         graph: &GraphMemory,
     ) -> bool {
-        let Some(previous) = previous.filter(|previous| accesses(&previous.inst) > 0) else {
+        let Some(previous) = previous.filter(|previous| previous.inst.words() > 0) else {
             return true;
         };
         if have_one_pointer(&previous.inst, &item.inst) {
@@ -47,9 +47,7 @@ impl Interference<'_> {
         facts: &Facts,
         graph: &GraphMemory,
     ) -> Option<&Memory> {
-        if is_literal(inst) {
-            return self.board.memory_at(at);
-        }
+        let behind = 4 * u32::from(inst.words().checked_sub(1)?);
         if let Some(reach) = graph.bases.reach(inst, at) {
             let holds = |memory: &&Memory| reach.banks & !memory.bank_set() == 0;
             let known = reach.unknown.is_none() && reach.banks != 0;
@@ -59,21 +57,23 @@ impl Interference<'_> {
         let pointed =
             pointed.or_else(|| has_index(inst).then(|| roughly(inst, facts)).flatten())?;
         let first = self.board.memory_at(pointed.low as u32)?;
-        first.contains(pointed.high as u32).then_some(first)
+        let last = (pointed.high as u32).wrapping_add(behind);
+        first.contains(last).then_some(first)
     }
 }
 
 /// Whether both access by a pointer in one register, which the first leaves there but for a step:
 /// a pointer and what is added to it stay in one memory.
 fn have_one_pointer(first: &Inst, second: &Inst) -> bool {
-    let is_pointer = |inst: &Inst| inst.n != reg::PC && (!is_by_register(inst) || has_index(inst));
+    let is_pointer =
+        |inst: &Inst| inst.base() != reg::PC && (!inst.is_by_register() || has_index(inst));
     let kept = first.defs().core_bits() >> first.n & 1 == 0 || steps(first, first.n);
     first.n == second.n && is_pointer(first) && is_pointer(second) && kept
 }
 
 /// Whether an index is added to the address, which therefore is in `n`: only an index is shifted.
 fn has_index(inst: &Inst) -> bool {
-    is_by_register(inst) && inst.amount > 0
+    inst.is_by_register() && inst.amount > 0
 }
 
 #[cfg(test)]
@@ -158,6 +158,8 @@ mod tests {
 
     /// `ldr r0, [r1]` and `ldr r2, [r3]`.
     const TWO_POINTERS: [u16; 2] = [0x6808, 0x681a];
+    /// `ldr r3, [pc]`, whose encoding has no base, and `ldr r1, [r0]`.
+    const LITERAL_FIRST: [u16; 2] = [0x4b00, 0x6801];
     /// `ldr r0, [r1]` and `ldr r2, [r1, #4]`.
     const ONE_POINTER: [u16; 2] = [0x6808, 0x684a];
 
@@ -175,5 +177,12 @@ mod tests {
     fn what_is_not_known_is_not_taken_for_one_memory() {
         assert_eq!(cycles(TWO_POINTERS, &[]), 2 + 2 + BX_LR_CYCLES);
         assert_eq!(cycles(ONE_POINTER, &[]), 2 + 1 + BX_LR_CYCLES);
+    }
+    #[test]
+    fn a_literal_is_beside_the_code() {
+        let [beside, away] =
+            [0x100, 0x1000_0100].map(|to| cycles(LITERAL_FIRST, &[(0, to)]) - BX_LR_CYCLES);
+        assert_eq!((beside, away), (2 + 1, 2 + 2));
+        assert_eq!(cycles(LITERAL_FIRST, &[]), 2 + 2 + BX_LR_CYCLES);
     }
 }

@@ -166,7 +166,7 @@ fn tamed(inst: Inst) -> Option<Inst> {
         !matches!(inst.op(), Op::LDR_literal) && inst.uses().contains(RegSet::core(inst.n));
     match inst.class() {
         Load | Store | LoadDual | StoreDual | FloatLoad | FloatStore => {
-            let by_register = inst.op().identifier().ends_with("_register");
+            let by_register = inst.is_by_register();
             (immediate && !by_register && inst.n < 13).then_some(near)
         }
         LoadMultiple | StoreMultiple => {

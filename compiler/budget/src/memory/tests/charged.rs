@@ -95,8 +95,12 @@ fn every_word_waits_where_it_lies() {
         ("ldrd r1, r2, [r0]", [OTHER - 4; 2], waits(0, 1)),
         ("strd r1, r2, [r0]", [OTHER - 8; 2], waits(0, 0)),
         ("ldrd r1, r2, [r0]", other, waits(0, 2)),
-        // Those of a list are all as the worst that they may be.
         ("ldm r0!, {r1, r2, r3}", other, waits(0, 3)),
+        // Of a list those that lie there, wherever it begins.
+        ("ldm r0!, {r1, r2, r3}", [OTHER - 4; 2], waits(0, 2)),
+        ("ldmdb r0!, {r1, r2}", [OTHER + 4; 2], waits(0, 1)),
+        ("vldr d0, [r0, #16]", [OTHER - 12; 2], waits(0, 2)),
+        ("vldmia r0, {s0-s2}", [OTHER - 4; 2], waits(0, 2)),
         ("ldm r0!, {r1, r2}", [DEVICE; 2], of_device(2).times(2)),
         ("ldr r1, [r0, r2]", other, waits(0, 1)),
         ("vldr d0, [r0]", own, waits(2, 0)),
