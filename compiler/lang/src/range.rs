@@ -9,6 +9,8 @@
 
 mod interval;
 mod problem;
+#[cfg(test)]
+mod tests;
 
 pub use problem::outside_string;
 
@@ -237,12 +239,13 @@ fn chosen(condition: Interval, a: Interval, b: Interval) -> Interval {
     }
 }
 
+/// Times are rounded on their way to ticks.
+const TICKS_SLACK: f64 = 1e-9;
+
 /// What a delay line gives, if it holds all of these times (ticks).
 fn within_line(delay: &Delay, ticks: Interval, least: f64) -> Result<Interval, Problem> {
-    // Times are rounded on their way to ticks.
-    const SLACK: f64 = 1e-9;
     let (low, high) = (least, f64::from(delay.ticks));
-    if ticks.low < low - SLACK || ticks.high > high + SLACK {
+    if ticks.low < low - TICKS_SLACK || ticks.high > high + TICKS_SLACK {
         return Err(Problem::OutsideDelay(ticks, Interval { low, high }));
     }
     // Nothing was fed before the first tick.
@@ -334,39 +337,4 @@ fn curvature_range(model: &Model, sense: usize) -> Interval {
     let positive: f64 = (0..s.window).map(weight).filter(|w| *w > 0.0).sum();
     let squares: f64 = (0..s.window).map(|i| weight(i).powi(2)).sum();
     Interval::around(2.0 * positive / squares * rate * rate * s.range.width())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn comparisons_are_decided_only_when_the_intervals_are_apart() {
-        let (a, b) = (
-            Interval {
-                low: 0.0,
-                high: 1.0,
-            },
-            Interval {
-                low: 1.0,
-                high: 2.0,
-            },
-        );
-        assert_eq!(compare(Cmp::Le, a, b), Interval::point(1.0));
-        assert_eq!(
-            compare(Cmp::Lt, a, b),
-            Interval {
-                low: 0.0,
-                high: 1.0
-            }
-        );
-        assert_eq!(compare(Cmp::Gt, a, b), Interval::point(0.0));
-        assert_eq!(
-            compare(Cmp::Ge, a, b),
-            Interval {
-                low: 0.0,
-                high: 1.0
-            }
-        );
-    }
 }

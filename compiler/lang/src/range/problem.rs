@@ -1,7 +1,7 @@
 //! Diagnostics of values that cannot be bounded: the value, what it is made of, and the call of a
 //! term that led there.
 
-use super::{LIMIT, Problem};
+use super::{LIMIT, Problem, TICKS_SLACK};
 use crate::diag::{Code, Diagnostic};
 use crate::model::{Interval, Model, Node, NodeId, Strand};
 use crate::units::{Dim, shown, shown_range};
@@ -62,7 +62,7 @@ fn outside_delay(model: &Model, node: NodeId, ticks: Interval, held: Interval) -
         seconds(held.low),
         seconds(held.high)
     );
-    let hint = match ticks.high > held.high {
+    let hint = match ticks.high > held.high + TICKS_SLACK {
         true => format!(
             "write `lasting {}` or more, or put a `clamp` around the time",
             seconds(ticks.high)
