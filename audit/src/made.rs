@@ -2,7 +2,8 @@
 //! claimed of it is what the checker itself asks for, so that a test may say what it is and change
 //! it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::mem;
 
 use whippen_isa::timing::{Evidence, Pipe};
 use whippen_isa::{Arch, Class, ItState, parse};
@@ -275,7 +276,8 @@ impl Image {
         })
     }
 
-    /// Finds the states of a piece: those of its entry, and of the heads of its loops.
+    /// Finds the states of a piece: those of its entry, of the heads of its loops, and of the points
+    /// that it has already, which are in the loops that they say.
     pub fn explore(&mut self, number: usize, nth: usize) -> Result<(), Refusal> {
         let mut function = self.certificate.frames[0].functions[number].clone();
         let mut seen = Seen {
@@ -336,7 +338,10 @@ fn explore_from(
     let ends = ends(stepper.function, &entries, piece.entry);
     let node = |context, at| Node { context, at, it: 0 };
     let heads = piece.rounds.iter().map(|own| node(own.0, own.1));
-    let nodes: BTreeSet<Node> = heads.chain([node(0, piece.entry)]).collect();
+    let given = mem::take(&mut piece.points).into_iter();
+    let given: BTreeMap<Node, Vec<u32>> = given.map(|own| (node_of(&own), own.loops)).collect();
+    let nodes = heads.chain([node(0, piece.entry)]);
+    let nodes: BTreeSet<Node> = nodes.chain(given.keys().copied()).collect();
     let (place, entry) = (piece.places.first(), piece.entry);
     let none = || Refusal::at(entry, "is never come to");
     let begins = State {
@@ -351,6 +356,7 @@ fn explore_from(
         let head = |own: &(u32, u32, u64)| (own.0, own.1) == (node.context, node.at);
         let nth = piece.rounds.iter().position(head);
         let loops = nth.map_or(Vec::new(), |nth| (0..=nth as u32).collect());
+        let loops = given.get(&node).cloned().unwrap_or(loops);
         if !claim(piece, node, &state, loops) {
             continue;
         }

@@ -1,6 +1,7 @@
 //! Potentials: loops, pieces, and what a certificate may not claim, in small images.
 
 mod ended;
+mod left;
 
 use whippen_isa::timing::{Evidence, Pipe};
 
