@@ -61,8 +61,7 @@ impl Facts {
         };
         match compared {
             Some([left, right]) => self.set_compared(left, right, result),
-            None if result != NONE => self.set_result(result),
-            None => self.set_unknown_flags(),
+            None => self.set_result(result),
         }
     }
 
@@ -99,12 +98,8 @@ impl Facts {
                 )),
                 None => Result::Unknown,
             },
-            Op::ADD_immediate if inst.n != reg::PC => {
-                within(Interval::of(n.low + imm, n.high + imm))
-            }
-            Op::SUB_immediate if inst.n != reg::PC => {
-                within(Interval::of(n.low - imm, n.high - imm))
-            }
+            Op::ADD_immediate => within(Interval::of(n.low + imm, n.high + imm)),
+            Op::SUB_immediate => within(Interval::of(n.low - imm, n.high - imm)),
             Op::RSB_immediate => within(Interval::of(imm - n.high, imm - n.low)),
             Op::ADD_register if inst.shift == ShiftType::LSL => within(Interval::of(
                 n.low + shifted_left(m.low, inst),
@@ -115,7 +110,7 @@ impl Facts {
                 within(Interval::of(n.low - m.high, n.high - m.low))
             }
             Op::AND_immediate | Op::TST_immediate => within(masked(n, imm)),
-            Op::LSL_immediate if inst.amount < 32 => within(Interval::of(
+            Op::LSL_immediate => within(Interval::of(
                 shifted_left(m.low, inst),
                 shifted_left(m.high, inst),
             )),
@@ -128,10 +123,7 @@ impl Facts {
                 high: -1,
             }),
             Op::ASR_immediate => within(shifted_right(m, inst.amount)),
-            Op::LSR_immediate if m.low >= 0 => within(shifted_right(m, inst.amount)),
-            Op::LSR_immediate if inst.amount != 0 => {
-                within(shifted_right(m.unsigned(), inst.amount))
-            }
+            Op::LSR_immediate => within(shifted_right(m.unsigned(), inst.amount)),
             Op::UBFX if inst.imm < 32 => within(Interval {
                 low: 0,
                 high: (1 << inst.imm) - 1,

@@ -139,7 +139,7 @@ impl Facts {
         self.renew_flags();
     }
 
-    /// N and Z show a value; nothing is known of C and V.
+    /// N and Z show a value, unless it is [`NONE`]; nothing is known of C and V.
     pub(super) fn set_result(&mut self, result: Name) {
         self.flags = FlagFacts {
             possible: !0,
@@ -147,11 +147,6 @@ impl Facts {
             result,
         };
         self.renew_flags();
-    }
-
-    /// Nothing is known of the flags.
-    pub(super) fn set_unknown_flags(&mut self) {
-        self.flags = FlagFacts::UNKNOWN;
     }
 
     /// Takes out the combinations that the intervals exclude; false when none is left.

@@ -190,3 +190,35 @@ fn comparisons_are_joined() {
     assert!(joined.registers[0] != joined.registers[1] && joined.covers(&copied));
     assert!(apart.covers(&copied) && !copied.covers(&apart));
 }
+
+/// Flags that nobody follows are any flags, not those of before.
+#[test]
+fn flags_of_other_instructions_are_unknown() {
+    let compared = after([5, 9], &["cmp r0, #3"]);
+    assert_eq!(r0_where(&compared, Cond::LE), None);
+    for text in [
+        "tst r0, r1",
+        "teq r0, r1",
+        "cmn r0, #1",
+        "vmrs apsr_nzcv, fpscr",
+    ] {
+        let unknown = after([5, 9], &["cmp r0, #3", text]);
+        assert_eq!(unknown.flags, FlagFacts::UNKNOWN, "{text}");
+        assert_eq!(r0_where(&unknown, Cond::LE), Some([5, 9]), "{text}");
+    }
+}
+
+/// However many values there were: names are few, and what is known of others is kept.
+#[test]
+fn a_long_way_has_few_names() {
+    for others in [1, 2] {
+        let known = [(1, [3, 4]), (2, [5, 6])];
+        let mut facts = <Facts as Claims>::of(&known[..others]);
+        let inst = parse("subs r0, #1", Arch::V8M, None).expect("an instruction");
+        for _ in 0..70_000 {
+            Claims::execute(&mut facts, &inst);
+            assert!(facts.values.len() < 1010);
+        }
+        assert_eq!(Claims::ends(&facts, 1), [3, 4]);
+    }
+}
