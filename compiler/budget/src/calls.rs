@@ -55,13 +55,8 @@ impl Calls {
             .chain(&begun)
             .map(|&at| behind(program, at))
             .collect();
-        // One place to return to is right for all if it is the most expensive.
-        let worst = returns
-            .iter()
-            .find(|target| target.wide && target.address & 2 != 0);
-        let return_to = worst.or(returns.first()).copied();
         Ok(Self {
-            return_to,
+            return_to: most_expensive(&returns),
             tick,
             begin,
             others,
@@ -294,16 +289,27 @@ fn worst_beginning(of: &OnCore, zones: &[ZoneBound], whole: u64) -> Result<u64, 
         of.playing.keys.count(),
         known_by_zone(of, zones, "begin", |_| Known::default())?,
     )?;
-    let mut above = 0;
-    let mut worst = 0;
-    for zone in zones.iter().rev() {
+    let row = zones.iter().map(|zone| {
         let own = begins(of, &zone.name, zone.keys(), BTreeMap::new())?;
         let key = zone.tick.key_cycles_max();
-        let played = whole.saturating_sub(above + key);
-        worst = worst.max(played + own.cycles_max + finds.cycles_max);
-        above += u64::from(zone.keys()) * key;
+        Ok((zone.keys(), key, own.cycles_max + finds.cycles_max))
+    });
+    Ok(worst_of_row(
+        &row.collect::<Result<Vec<_>, NotBounded>>()?,
+        whole,
+    ))
+}
+
+/// The same of zones by their keys, what a key takes, and what it takes to begin one: most where
+/// the last key of a zone begins.
+fn worst_of_row(row: &[(u32, u64, u64)], whole: u64) -> u64 {
+    let mut above = 0;
+    let mut worst = 0;
+    for (keys, key, begin) in row.iter().rev() {
+        worst = worst.max(whole.saturating_sub(above + key) + begin);
+        above += u64::from(*keys) * key;
     }
-    Ok(worst)
+    worst
 }
 
 /// The bound of the function that begins one of so many keys of that name: each of its loops over
@@ -320,12 +326,20 @@ fn begins(of: &OnCore, name: &str, keys: u32, known: KnownCalls) -> Result<Bound
     };
     loop {
         match bound(&of.query(entry, &annotations)) {
-            Err(NotBounded::NoRounds { head }) if !annotations.loops.contains_key(&head) => {
+            Err(NotBounded::NoRounds { head }) => {
                 annotations.loops.insert(head, 1);
             }
             found => return found,
         }
     }
+}
+
+/// The place to return to that is right for all of these: the most expensive.
+fn most_expensive(returns: &[Target]) -> Option<Target> {
+    let worst = returns
+        .iter()
+        .find(|target| target.wide && target.address & 2 != 0);
+    worst.or(returns.first()).copied()
 }
 
 /// Where a call through a register comes back to.
@@ -348,4 +362,61 @@ fn part(program: &Program, address: u32) -> &'static str {
         .filter_map(|name| PARTS.iter().find(|(symbol, _)| symbol == name))
         .next();
     known.map_or("elsewhere", |(_, words)| words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Code, Query};
+    use whippen_isa::timing::Core;
+
+    /// By what a return there takes.
+    #[test]
+    fn the_most_expensive_return_is_right_for_all() {
+        let place = |(address, wide)| Target { address, wide };
+        let places = [(8, false), (10, false), (12, true), (14, true)].map(place);
+        let cycles = |to: Target| {
+            let annotations = Annotations {
+                return_to: Some(to),
+                ..Annotations::default()
+            };
+            let query = Query {
+                core: &Core::cortex_m33(),
+                code: &Code::new(0x100, vec![0x70, 0x47]),
+                entry: 0x100,
+                annotations: &annotations,
+                interference: None,
+            };
+            bound(&query).expect("a bound").cycles_max
+        };
+        for some in places.iter().flat_map(|a| places.map(|b| [*a, b])) {
+            let found = most_expensive(&some).expect("one");
+            let most = some.map(cycles).into_iter().max();
+            assert!(some.contains(&found) && Some(cycles(found)) == most);
+        }
+        assert!(cycles(places[3]) > cycles(places[2]));
+        assert_eq!(most_expensive(&[]), None);
+    }
+
+    /// By each key of a row that may begin: those above it do not play.
+    #[test]
+    fn a_key_begins_where_it_costs_most() {
+        let rows: [&[(u32, u64, u64)]; 4] = [
+            &[(2, 30, 100)],
+            &[(2, 30, 100), (5, 20, 90), (3, 7, 400)],
+            &[(2, 30, 900), (5, 20, 90), (3, 7, 40)],
+            &[(4, 10, 300), (2, 50, 310), (1, 60, 10)],
+        ];
+        for row in rows {
+            let zone = |&(keys, key, begin): &(u32, u64, u64)| {
+                std::iter::repeat_n((key, begin), keys as usize)
+            };
+            let keys: Vec<(u64, u64)> = row.iter().flat_map(zone).collect();
+            let around = 25;
+            let below = |at: usize| keys[..at].iter().map(|(key, _)| key).sum::<u64>();
+            let beginning = (0..keys.len()).map(|at| around + below(at) + keys[at].1);
+            let whole = around + below(keys.len());
+            assert_eq!(Some(worst_of_row(row, whole)), beginning.max(), "{row:?}");
+        }
+    }
 }

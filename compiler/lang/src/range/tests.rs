@@ -223,7 +223,7 @@ fn what_is_too_large_is_not_bounded() {
     assert_eq!(of_node(negative), Err(Problem::Unbounded));
 }
 
-/// Times and places are rounded on their way, by far less than a millionth.
+/// Times and places are rounded on their way, by less than a part in 10^9 of a tick or a string.
 #[test]
 fn ends_of_lines_and_strings_are_held_but_for_roundings() {
     let delayed = "delay d: number in -1 .. 1 lasting 9 ms feed d = 0";
@@ -235,5 +235,5 @@ fn ends_of_lines_and_strings_are_held_but_for_roundings() {
     assert!(held(1.3, 9.0, 1.3) && !held(1.2, 9.0, 1.3));
     let on = |low: f64, high: f64| along_string(strand, of(low, high)).is_ok();
     assert!(on(0.0, 0.32) && on(-1e-10, 0.32 + 1e-10));
-    assert!(!on(-1e-6, 0.32) && !on(0.0, 0.32 + 1e-6));
+    assert!(!on(-2e-9, 0.32) && !on(0.0, 0.32 + 2e-9));
 }
