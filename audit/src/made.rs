@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::mem;
 
 use whippen_isa::timing::{Evidence, Pipe};
-use whippen_isa::{Arch, Class, ItState, parse};
+use whippen_isa::{Arch, ItState};
 
 use crate::certificate::{Bus, Call, Certificate, Frame, Function, Kind, Memory, Piece, Point};
 use crate::elf::Elf;
@@ -32,27 +32,9 @@ const FETCHED: u32 = 0xf;
 /// Where vectors lead that nobody uses.
 const DEAD: u32 = 0x2000_1800;
 
-/// The bytes of texts, one instruction each; a text that begins with `.` is a halfword.
+/// The bytes of texts.
 pub(crate) fn assemble(texts: &[&str]) -> Vec<u8> {
-    let (mut bytes, mut it) = (Vec::new(), ItState::OUTSIDE);
-    for text in texts {
-        if let Some(half) = text.strip_prefix('.') {
-            let half = u16::from_str_radix(half, 16).expect("a halfword");
-            bytes.extend(half.to_le_bytes());
-            continue;
-        }
-        let inst = parse(text, Arch::V8M, it.cond());
-        let inst = inst.unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
-        it = match inst.class() {
-            Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-                .expect("an IT instruction"),
-            _ => it.advance(),
-        };
-        let (first, second) = inst.encode(Arch::V8M).expect("it has bits").halfwords();
-        bytes.extend(first.to_le_bytes());
-        bytes.extend(second.into_iter().flat_map(u16::to_le_bytes));
-    }
-    bytes
+    whippen_words::assembled(texts, Arch::V8M)
 }
 
 /// What a board is like on which nothing waits: code, data and vectors in four striped banks, the

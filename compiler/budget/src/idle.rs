@@ -67,19 +67,14 @@ impl Idle {
 mod tests {
     use super::*;
     use crate::{Annotations, Code};
+    use whippen_isa::Arch;
     use whippen_isa::timing::Core;
-    use whippen_isa::{Arch, parse};
+    use whippen_words::assembled;
 
     /// Of instructions before a branch back to the first.
     fn of(texts: &[&str]) -> Result<(u64, u32), NotBounded> {
         let core = Core::cortex_m33();
-        let mut bytes = Vec::new();
-        for text in texts {
-            let inst = parse(text, Arch::V8M, None).expect("an instruction");
-            let (first, second) = inst.encode(Arch::V8M).expect("it has bits").halfwords();
-            let halves = [Some(first), second].into_iter().flatten();
-            bytes.extend(halves.flat_map(u16::to_le_bytes));
-        }
+        let mut bytes = assembled(texts, Arch::V8M);
         let back = 0xe000 | (0x7ff & (-(bytes.len() as i32) / 2 - 2)) as u16;
         bytes.extend(back.to_le_bytes());
         let (code, annotations) = (

@@ -321,9 +321,10 @@ fn compare(cmp: Cmp, a: Interval, b: Interval) -> Interval {
 /// end of the range, the second half at the other.
 fn slope_range(model: &Model, sense: usize) -> Interval {
     let (s, rate) = (&model.senses[sense], f64::from(model.rate_hz));
-    let m = (f64::from(s.window) - 1.0) / 2.0;
-    let weights: f64 = (1..=m as u32).map(f64::from).sum();
-    let squares: f64 = 2.0 * (1..=m as u32).map(|j| f64::from(j * j)).sum::<f64>();
+    // The window is odd.
+    let half = 1..=s.window / 2;
+    let weights: f64 = half.clone().map(f64::from).sum();
+    let squares: f64 = 2.0 * half.map(|j| f64::from(j * j)).sum::<f64>();
     Interval::around(weights / squares * rate * s.range.width())
 }
 

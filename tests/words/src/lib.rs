@@ -8,7 +8,7 @@ mod effect;
 pub use comparison::comparisons_and_results;
 pub use effect::instructions;
 
-use whippen_isa::{Arch, Cond, Inst, parse};
+use whippen_isa::{Arch, Class, Cond, Inst, ItState, parse};
 
 /// From the first to the second, both included.
 pub type Ends = [i64; 2];
@@ -31,6 +31,29 @@ pub trait Claims: Clone {
     fn flags(&self) -> u16;
     /// What a register lies between.
     fn ends(&self, register: u8) -> Ends;
+}
+
+/// The bytes of texts, each an instruction, those behind an IT with the condition that it gives; a
+/// text that begins with `.` is a halfword.
+pub fn assembled(texts: &[&str], arch: Arch) -> Vec<u8> {
+    let (mut bytes, mut it) = (Vec::new(), ItState::OUTSIDE);
+    for text in texts {
+        if let Some(half) = text.strip_prefix('.') {
+            let half = u16::from_str_radix(half, 16).expect("a halfword");
+            bytes.extend(half.to_le_bytes());
+            continue;
+        }
+        let inst = parse(text, arch, it.cond()).unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
+        it = match inst.class() {
+            Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
+                .expect("an IT instruction"),
+            _ => it.advance(),
+        };
+        let (first, second) = inst.encode(arch).expect("it has bits").halfwords();
+        let halves = [Some(first), second].into_iter().flatten();
+        bytes.extend(halves.flat_map(u16::to_le_bytes));
+    }
+    bytes
 }
 
 /// Several texts, one after the other.

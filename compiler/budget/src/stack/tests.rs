@@ -3,7 +3,8 @@
 use super::*;
 use crate::{Annotations, Code};
 use whippen_isa::timing::Core;
-use whippen_isa::{Arch, ItState, parse};
+use whippen_isa::{Arch, parse};
+use whippen_words::assembled;
 
 /// Behind these instructions of a function: whether LR holds where it returns to, and which
 /// slots do.
@@ -91,20 +92,7 @@ fn it_comes_back_by_loads_of_that_word_alone() {
 fn of(functions: &[&[&str]], annotations: &Annotations) -> Result<Stack, NotBounded> {
     let mut code = Code::default();
     for (texts, at) in functions.iter().zip((AT..).step_by(APART as usize)) {
-        let (mut bytes, mut it) = (Vec::new(), ItState::OUTSIDE);
-        for text in *texts {
-            let inst = parse(text, Arch::V8M, it.cond());
-            let inst = inst.unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
-            it = match inst.class() {
-                Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-                    .expect("an IT instruction"),
-                _ => it.advance(),
-            };
-            let (first, second) = inst.encode(Arch::V8M).expect("it has bits").halfwords();
-            let halves = [Some(first), second].into_iter().flatten();
-            bytes.extend(halves.flat_map(u16::to_le_bytes));
-        }
-        code.add(at, bytes);
+        code.add(at, assembled(texts, Arch::V8M));
     }
     let query = Query {
         core: &Core::cortex_m33(),
@@ -265,13 +253,7 @@ fn ends_with_another_stack_pointer_are_apart_only_if_that_is_said() {
 #[test]
 fn a_function_stays_below_its_caller() {
     let bounded = |texts: &[&str], inside| {
-        let encoded = texts.iter().flat_map(|text| {
-            let inst = parse(text, Arch::V8M, None).expect("an instruction");
-            let bits = inst.encode(Arch::V8M).expect("it has bits");
-            let (first, second) = bits.halfwords();
-            [Some(first), second].into_iter().flatten()
-        });
-        let bytes: Vec<u8> = encoded.flat_map(u16::to_le_bytes).collect();
+        let bytes = assembled(texts, Arch::V8M);
         let annotations = Annotations {
             inside,
             ..Annotations::default()

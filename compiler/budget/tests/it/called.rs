@@ -1,22 +1,13 @@
 //! Functions that are bounded elsewhere, and the return of an exception's handler.
 
 use whippen_budget::{Annotations, Code, Known};
-use whippen_isa::{Arch, parse};
+use whippen_isa::Arch;
+use whippen_words::assembled;
 
 use super::{CODE, bound_of, returning};
 
-/// Bytes of texts, one instruction each.
-fn assembled(texts: &[&str]) -> Vec<u8> {
-    let halves = texts.iter().flat_map(|text| {
-        let inst = parse(text, Arch::V8M, None).unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
-        let (first, second) = inst.encode(Arch::V8M).expect("it has bits").halfwords();
-        [Some(first), second].into_iter().flatten()
-    });
-    halves.flat_map(u16::to_le_bytes).collect()
-}
-
 fn cycles(texts: &[&str], annotations: &Annotations) -> u64 {
-    let code = Code::new(CODE, assembled(texts));
+    let code = Code::new(CODE, assembled(texts, Arch::V8M));
     let bound = bound_of(&code, CODE, annotations).expect("a bound");
     let sum: u64 = bound.path.iter().map(|step| step.cycles).sum();
     assert_eq!(sum, bound.cycles_max);
@@ -50,7 +41,7 @@ fn a_function_that_is_bounded_elsewhere_costs_what_is_said() {
     both.known.extend(knowing(Some(CODE + 2), 7).known);
     assert_eq!(of(both), none + 7, "what is said of the call itself");
     let other = knowing(Some(CODE), 7);
-    let code = Code::new(CODE, assembled(&call));
+    let code = Code::new(CODE, assembled(&call, Arch::V8M));
     assert!(bound_of(&code, CODE, &other).is_err());
 }
 
@@ -114,7 +105,11 @@ fn what_is_left_in_the_pipeline_is_told() {
             stops: stop.into_iter().collect(),
             ..returning()
         };
-        let bound = bound_of(&Code::new(CODE, assembled(texts)), CODE, &annotations);
+        let bound = bound_of(
+            &Code::new(CODE, assembled(texts, Arch::V8M)),
+            CODE,
+            &annotations,
+        );
         let bound = bound.expect("a bound");
         [bound.settled, bound.delays_nobody]
     };
