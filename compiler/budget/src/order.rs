@@ -191,11 +191,8 @@ impl Finder<'_> {
             }
             component.push(block);
             if Some(block) != head {
-                open.extend(
-                    self.before[block]
-                        .iter()
-                        .filter(|&&from| self.member[from] == level && !taken.has(from)),
-                );
+                let before = self.before[block].iter();
+                open.extend(before.filter(|&&from| self.member[from] == level));
             }
         }
         component
@@ -208,10 +205,6 @@ struct Seen(Vec<bool>);
 impl Seen {
     fn new(blocks: usize) -> Self {
         Self(vec![false; blocks])
-    }
-
-    fn has(&self, block: BlockId) -> bool {
-        self.0[block]
     }
 
     fn first_time(&mut self, block: BlockId) -> bool {

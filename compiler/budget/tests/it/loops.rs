@@ -10,10 +10,12 @@ use whippen_isa::{Cond, Form, Inst, ItState, Op};
 use super::program::{PLAIN, Piece, any, assemble, branch, bx_lr, inst};
 use super::{CODE, DATA, bound_of, machine, observed, returning};
 
-/// The head of the outer loop, where its two ways meet, and the head of the inner one.
+/// The head of the outer loop, where its two ways meet, the head of the inner one, and what is
+/// behind both.
 const HEAD: usize = 0;
 const MEET: usize = 1;
 const INNER: usize = 2;
+const BEHIND: usize = 3;
 
 /// A constant in a register that nothing else writes.
 fn set(d: u8, imm: u32) -> Piece {
@@ -42,20 +44,29 @@ fn run(rng: &mut Rng, pieces: &mut Vec<Piece>, flags: bool) {
         .for_each(|_| pieces.push(Piece::Inst(any(rng, PLAIN, ItState::OUTSIDE, flags))));
 }
 
-/// So many rounds, each of which goes one way or another by a bit of R9, with a loop inside.
+/// R9 moved up so far, to a register: its sign decides.
+fn bit_of_r9(d: u8, amount: u8) -> Piece {
+    // LSLS Rd, R9, #k
+    Piece::Inst(Inst {
+        s: true,
+        d,
+        m: 9,
+        amount,
+        ..inst(Op::LSL_immediate, Form::T2)
+    })
+}
+
+/// So many rounds, each of which goes one way or another by a bit of R9, with a loop inside; the
+/// last bit of R9 leads past all of them.
 fn program(rng: &mut Rng, [rounds, inner]: [u32; 2]) -> Vec<Piece> {
     let mut pieces = vec![set(11, rounds)];
     run(rng, &mut pieces, true);
+    pieces.push(bit_of_r9(10, 31));
+    pieces.push(Piece::Branch(branch(Some(Cond::MI), true), BEHIND));
+    run(rng, &mut pieces, true);
     pieces.push(Piece::Label(HEAD));
     run(rng, &mut pieces, true);
-    // LSLS R9, R9, #1
-    pieces.push(Piece::Inst(Inst {
-        s: true,
-        d: 9,
-        m: 9,
-        amount: 1,
-        ..inst(Op::LSL_immediate, Form::T2)
-    }));
+    pieces.push(bit_of_r9(9, 1));
     run(rng, &mut pieces, false);
     pieces.push(Piece::Branch(branch(Some(Cond::MI), false), MEET));
     run(rng, &mut pieces, true);
@@ -68,6 +79,7 @@ fn program(rng: &mut Rng, [rounds, inner]: [u32; 2]) -> Vec<Piece> {
         pieces.extend(again(10, INNER));
     }
     pieces.extend(again(11, HEAD));
+    pieces.push(Piece::Label(BEHIND));
     run(rng, &mut pieces, true);
     pieces.push(bx_lr());
     pieces
@@ -98,10 +110,11 @@ fn the_bound_is_the_slowest_of_all_ways_through_all_rounds() {
             annotations.loops.insert(address(&pieces, INNER), inner);
         }
         let mut machine = machine(&bytes);
-        let slowest = (0..1_u32 << rounds)
+        let slowest = (0..2_u32 << rounds)
             .map(|bits| {
                 // The first bit that is looked at becomes the top one.
-                let registers = BTreeMap::from([(8, DATA), (9, bits << (31 - rounds))]);
+                let [rounds_go, past] = [bits >> 1 << (31 - rounds), bits & 1];
+                let registers = BTreeMap::from([(8, DATA), (9, rounds_go | past)]);
                 observed(&mut machine, CODE, &registers)
             })
             .max();
