@@ -2,6 +2,7 @@
 
 mod called;
 mod compiled;
+mod followed;
 mod forced;
 mod image;
 mod images;
