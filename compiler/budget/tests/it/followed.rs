@@ -161,3 +161,39 @@ fn what_waits_is_told() {
         assert!(matches!(refused, Err(NotBounded::Waits { .. })), "{text}");
     }
 }
+
+/// Only what a branch, a condition or a division asks for is kept, however far before it: through
+/// copies and sums, and flags that are read by what is under a condition.
+#[test]
+fn what_decides_is_kept_as_far_back_as_it_is_made() {
+    let goes_on = |before: &[&str], decides: &[&str]| {
+        let [first, then] = [before, decides].map(|texts| assembled(texts, Arch::V8M).len());
+        let texts = [before, decides, &["mov.w r7, #1"; 4], &["bx lr"]].concat();
+        let bound = asked(&texts, &returning()).expect("a bound");
+        let behind = (first + then) as u32;
+        let mut path = bound.path.iter();
+        path.any(|step| step.address == CODE + behind)
+    };
+    // R0 is 1, by one instruction or several.
+    let made: [&[&str]; 6] = [
+        &["movs r0, #1"],
+        &["movs r1, #1", "mov r0, r1"],
+        &["movs r1, #3", "movs r2, #2", "subs r0, r1, r2"],
+        &["movs r1, #1", "b .+2", "mov r0, r1"],
+        &["movs r0, #1", "cmp r3, #0", "it ne", "movne r7, #1"],
+        &["movs r0, #1", "cmp r3, #0", "it ne", "movne r0, #1"],
+    ];
+    for before in made {
+        assert!(!goes_on(before, &["cmp r0, #1", "beq .+18"]), "{before:?}");
+        assert!(goes_on(before, &["cmp r0, #2", "beq .+18"]), "{before:?}");
+        assert!(!goes_on(before, &["cbnz r0, .+18"]), "{before:?}");
+        assert!(goes_on(before, &["cbz r0, .+18"]), "{before:?}");
+    }
+    let may: [&[&str]; 2] = [
+        &["movs r0, #1", "cmp r3, #0", "it ne", "movne r0, #2"],
+        &["movs r0, #1", "cmp r3, #0", "it ne", "ldrne r0, [r1]"],
+    ];
+    for before in may {
+        assert!(goes_on(before, &["cmp r0, #1", "beq .+18"]), "{before:?}");
+    }
+}
