@@ -126,11 +126,10 @@ fn around<'a>(
             code_banks(image, board, other),
             data_banks(image, program, board, other),
         ];
-        // Core 0 writes to core 1's memory while that waits, does what is early, or runs members.
-        others.remote_accesses = match core {
-            0 => cut.crossing_back(whole.channels()),
-            _ => cut.crossing_early() + cut.crossing_heard(),
-        };
+        // What core 0 writes to core 1's memory is charged to the legs that this runs (`parts`).
+        if core == 0 {
+            others.remote_accesses = cut.crossing_back(whole.channels());
+        }
     }
     others.dma = dma(whole, board);
     others.neighbour = neighbour(whole, board, core);
@@ -153,10 +152,9 @@ fn around<'a>(
 /// is taken to meet one of its reads and one of its writes, however many there are.
 pub(super) fn dma(whole: &FirmwareImage, board: &Board) -> Option<Dma> {
     let traffic = board.dma_traffic()?;
-    let kinds = [traffic.reads, traffic.writes].map(|count| u16::from(count > 0));
     Some(Dma {
         device: board.device(traffic.device)?,
-        wait_cycles: kinds.iter().sum::<u16>() * traffic.cycles,
+        wait_cycles: 2 * traffic.cycles,
         in_memory: if whole.yields_dma {
             0
         } else {
@@ -217,3 +215,6 @@ fn data_banks(image: &Image, program: &Program, board: &Board, core: usize) -> B
     let stack = stack_memory(program, board, core).map_or(0, |(_, reach)| reach.banks);
     sections.fold(stack, |set, section| set | Extent::of(section).banks(board))
 }
+
+#[cfg(test)]
+mod tests;

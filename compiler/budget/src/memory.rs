@@ -493,4 +493,4 @@ fn banks_of(set: BankSet) -> impl Iterator<Item = u8> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -102,3 +102,55 @@ fn instructions_min(query: &Query) -> Result<u64, NotBounded> {
     }
     Ok(at_end)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Code;
+    use whippen_isa::Arch;
+    use whippen_isa::timing::Core;
+    use whippen_words::assembled;
+
+    /// Up to the last of some texts.
+    fn fewest(texts: &[&str]) -> u64 {
+        let bytes = assembled(texts, Arch::V8M);
+        let end = 0x100 + bytes.len() as u32 - 2;
+        let annotations = Annotations {
+            stops: [end].into(),
+            ..Annotations::default()
+        };
+        let query = Query {
+            core: &Core::cortex_m33(),
+            code: &Code::new(0x100, bytes),
+            entry: 0x100,
+            annotations: &annotations,
+            interference: None,
+        };
+        instructions_min(&query).expect("a number")
+    }
+
+    #[test]
+    fn instructions_of_the_shortest_way_are_counted() {
+        let add = "adds r1, #1";
+        assert_eq!(fewest(&["bx lr"]), 0);
+        assert_eq!(fewest(&[add, add, add, "bx lr"]), 3);
+        // They may share the cycle of another one.
+        assert_eq!(fewest(&[add, "nop", "it eq", "addeq r1, #1", "bx lr"]), 2);
+        assert_eq!(fewest(&["b .+2", add, "b .+2", "bx lr"]), 1);
+        // Past two of three, whichever way is found first, and back to where it was.
+        assert_eq!(fewest(&["cbz r0, .+6", add, add, add, "bx lr"]), 1);
+        assert_eq!(fewest(&["cbz r0, .+4", "b .+6", add, add, "bx lr"]), 0);
+        let twice = [
+            "cbz r0, .+6",
+            add,
+            add,
+            "cbz r0, .+6",
+            add,
+            add,
+            add,
+            "bx lr",
+        ];
+        assert_eq!(fewest(&twice), 1);
+        assert_eq!(fewest(&[add, add, "bne .-2", "bx lr"]), 2);
+    }
+}

@@ -22,7 +22,7 @@ fn memory(name: &str, base: u32, size: u32, banks: Vec<u8>) -> Memory {
 }
 
 /// Two striped groups, a bank for each core, flash, a bus.
-fn board() -> Board {
+pub(crate) fn board() -> Board {
     let flash = Memory {
         access: AccessTime::NotBounded,
         fetch: AccessTime::NotBounded,
