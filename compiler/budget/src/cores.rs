@@ -217,4 +217,4 @@ fn data_banks(image: &Image, program: &Program, board: &Board, core: usize) -> B
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -159,3 +159,145 @@ fn data_at(program: &Program, address: u32) -> &'static str {
     let known = SECTIONS.iter().find(|(own, _)| *own == part);
     known.map_or(STATE, |(_, words)| words)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cores::tests::{section, whole};
+    use whippen_isa::timing::Evidence;
+
+    /// Sections of a core, by their names.
+    fn program() -> Program {
+        let names = [
+            ".bss.core0.histories",
+            ".bss.events",
+            ".bss.core1.guards",
+            ".bss.words",
+            ".data.block",
+            ".rodata.programs",
+            ".rodata.records",
+            ".bss.core0_state",
+        ];
+        let at = (0x2000_0000..).step_by(0x100);
+        let sections = names
+            .iter()
+            .zip(at)
+            .map(|(name, at)| section(name, at, 0x100));
+        Program::of(&whole(1, sections.collect()).image)
+    }
+
+    /// A path of one step, which accesses that and waits a cycle for each of two.
+    fn path(accessed: Accessed) -> Vec<Step> {
+        let waits = Waits {
+            fetches: 1,
+            dma: 2,
+            ..Waits::default()
+        };
+        vec![Step {
+            address: 0x100,
+            cycles: 9,
+            waits,
+            accessed,
+            times: 1,
+        }]
+    }
+
+    fn bound(accessed: Accessed) -> Bound {
+        Bound {
+            cycles_max: 9,
+            path: path(accessed),
+            class: Evidence::Exact,
+            settled: true,
+            delays_nobody: true,
+            stack_bytes_max: 0,
+            stack_left: 0,
+            infeasible: 0,
+            merged: false,
+            code_bytes: 2,
+        }
+    }
+
+    /// Of an access in the frame's own code, and three times in that of keys.
+    fn told(accessed: Accessed) -> [&'static str; 2] {
+        let program = program();
+        let (mut frame, mut keys) = (Tally::default(), Tally::default());
+        frame.add_frame(&program, &path(accessed));
+        keys.add_path_of_keys(&program, &bound(accessed), 3);
+        [(frame, 1), (keys, 3)].map(|(tally, times)| {
+            let found = tally.list();
+            let data = found[0].data;
+            let of = |cause, cycles| Waited {
+                cause,
+                data,
+                cycles,
+            };
+            let both = [of(WaitCause::Dma, 2 * times), of(WaitCause::Fetches, times)];
+            assert_eq!(found, both);
+            data
+        })
+    }
+
+    #[test]
+    fn what_is_waited_for_is_told_by_what_points_there() {
+        let pointers = "what the frame's pointers lead to";
+        let Points {
+            state,
+            histories,
+            words,
+        } = thumb::POINTS;
+        for (accessed, data) in [
+            (Accessed::Nothing, ["code"; 2]),
+            (Accessed::Constant, ["constants beside the code"; 2]),
+            (Accessed::By(reg::SP), ["the stack"; 2]),
+            (Accessed::By(histories), [pointers, "histories"]),
+            (Accessed::By(words), [pointers, "the converter's words"]),
+            (Accessed::By(state[0]), [pointers, "state of the keys"]),
+            (Accessed::By(state[1]), [pointers, "state of the keys"]),
+            (Accessed::Unknown, [pointers, "events"]),
+        ] {
+            assert_eq!(told(accessed), data, "{accessed:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_waited_for_is_told_by_the_section_that_it_lies_in() {
+        let at = (0x2000_0000..).step_by(0x100);
+        for (at, data) in at.zip([
+            "histories",
+            "events",
+            "guards",
+            "the converter's words",
+            "the core's block",
+            "tables",
+            "tables",
+            "state of the keys",
+            "devices",
+        ]) {
+            assert_eq!(told(Accessed::At(at)), [data; 2], "{at:#x}");
+        }
+    }
+
+    /// What nobody waits for is not told; the longest is told first, and causes add up.
+    #[test]
+    fn waiting_is_summed_by_cause_and_data() {
+        let mut tally = Tally::default();
+        tally.add_cycles(WaitCause::Visits, "", 0);
+        tally.add_cycles(WaitCause::Visits, "", 5);
+        let others = Waits {
+            others: 2,
+            ..Waits::default()
+        };
+        tally.add("events", others, 4);
+        tally.add("guards", others, 1);
+        tally.add("events", others, 1);
+        let found = tally.list().into_iter();
+        let found: Vec<_> = found.map(|own| (own.cause, own.data, own.cycles)).collect();
+        let others = WaitCause::Others;
+        let expected = [
+            (others, "events", 10),
+            (WaitCause::Visits, "", 5),
+            (others, "guards", 2),
+        ];
+        assert_eq!(found, expected);
+    }
+}

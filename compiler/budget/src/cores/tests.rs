@@ -6,7 +6,7 @@ use whippen_board::{Bench, CONVERTER_RANGES, ColumnWires, Columns};
 use whippen_isa::Arch;
 
 /// A section of so many bytes, code where its name says so.
-fn section(name: &str, run: u32, size: u32) -> LinkedSection {
+pub(crate) fn section(name: &str, run: u32, size: u32) -> LinkedSection {
     LinkedSection {
         name: name.into(),
         kind: match name.starts_with(".text") {
@@ -23,7 +23,7 @@ fn section(name: &str, run: u32, size: u32) -> LinkedSection {
 }
 
 /// An image for so many cores.
-fn whole(cores: usize, sections: Vec<LinkedSection>) -> FirmwareImage {
+pub(crate) fn whole(cores: usize, sections: Vec<LinkedSection>) -> FirmwareImage {
     FirmwareImage {
         image: Image {
             arch: Arch::V8M,

@@ -3,11 +3,12 @@
 
 use whippen_arm::image::executable;
 use whippen_audit::{Elf, audit};
-use whippen_board::AccessTime;
+use whippen_board::{AccessTime, Board, ColumnWires};
 use whippen_budget::{
     Bounded, Extent, NotBounded, Program, Unknown, calling_tick_without_waiting, certificate,
     cores, tick_without_waiting,
 };
+use whippen_firmware::{LOOKS, TIMED};
 use whippen_keyboard::ProgramId;
 
 use super::image::{Played, Row, columns, members, rate_of, rp2350};
@@ -111,6 +112,52 @@ fn columns_have_a_bound_that_a_checker_comes_to() {
     let played = Played::on(columns(), &[&[(20, 0)]], &[20]);
     played.is_audited(1);
     insta::assert_snapshot!(played.told());
+}
+
+/// More columns, whose words come later than a tick of these looks for them.
+#[test]
+fn words_are_not_looked_for_before_they_lie_there() {
+    let mut played = Played::on(columns(), &[&[(20, 0)]], &[20]);
+    let more = ColumnWires {
+        to_dac: 12,
+        from_adc: 13,
+    };
+    let mut refused = Vec::new();
+    for _ in 0..40 {
+        let of_board = |board: &mut Board| {
+            let columns = board.columns.as_mut().expect("it has columns");
+            columns.columns.push(more);
+            u64::from(columns.words_cycles())
+        };
+        let words = of_board(&mut played.board);
+        match played.bounded() {
+            Ok(_) => assert!(refused.is_empty()),
+            Err(NotBounded::LooksEarly {
+                cycles_min,
+                words_cycles,
+            }) => {
+                assert!(cycles_min < words_cycles && words_cycles == words);
+                refused.push(cycles_min);
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+    assert!(refused.len() > 1 && refused.len() < 40, "{refused:?}");
+    refused.dedup();
+    assert_eq!(refused.len(), 1);
+}
+
+/// Where it reads how late it is, and where it looks for words, is on its way.
+#[test]
+fn what_is_never_come_to_is_not_in_time() {
+    let played = Played::on(columns(), &[&[(20, 0)]], &[20]);
+    for name in [TIMED, LOOKS] {
+        let mut elsewhere = played.clone();
+        let idle = elsewhere.program.symbols["idle0"];
+        elsewhere.program.symbols.insert(name.into(), idle);
+        let refused = elsewhere.bounded().map(|_| ());
+        assert_eq!(refused, Err(NotBounded::NoSymbol { name: name.into() }));
+    }
 }
 
 fn cycles_of(bounds: &Bounded, part: &str) -> Option<u64> {
