@@ -450,3 +450,6 @@ impl OnCore<'_> {
         Ok(known)
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -164,7 +164,7 @@ fn data_at(program: &Program, address: u32) -> &'static str {
 mod tests {
     use super::*;
     use crate::cores::tests::{section, whole};
-    use whippen_isa::timing::Evidence;
+    use crate::parts::tests::of_cycles;
 
     /// Sections of a core, by their names.
     fn program() -> Program {
@@ -204,16 +204,8 @@ mod tests {
 
     fn bound(accessed: Accessed) -> Bound {
         Bound {
-            cycles_max: 9,
             path: path(accessed),
-            class: Evidence::Exact,
-            settled: true,
-            delays_nobody: true,
-            stack_bytes_max: 0,
-            stack_left: 0,
-            infeasible: 0,
-            merged: false,
-            code_bytes: 2,
+            ..of_cycles(9)
         }
     }
 

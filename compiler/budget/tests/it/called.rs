@@ -93,6 +93,15 @@ fn a_return_from_an_exception_is_no_branch() {
     let of = |texts: &[&str]| [&handler, &returning()].map(|how| cycles(texts, how));
     let [own, branch] = of(&["push {r4, lr}", "pop {r4, pc}"]);
     assert!(branch > own, "{own}, {branch}");
+    // Each register more is a word more, of which the return loads one.
+    let words = |registers: &str| {
+        let texts = [
+            format!("push {{{registers}, lr}}"),
+            format!("pop {{{registers}, pc}}"),
+        ];
+        cycles(&texts.each_ref().map(String::as_str), &handler)
+    };
+    assert_eq!([words("r4"), words("r4-r7")], [2 + 2, 5 + 5]);
     // BX LR is a cycle, and two more where it is a branch that is taken.
     assert_eq!(of(&["adds r0, #1", "adds r1, #1", "nop.w", "bx lr"])[0], 4);
 }

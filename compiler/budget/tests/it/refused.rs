@@ -130,6 +130,22 @@ fn every_entry_that_the_index_may_be_is_followed() {
     }
 }
 
+/// Where the index is 1 or 2, the first entry, to a division, is led to by none.
+#[test]
+fn an_entry_that_no_index_leads_to_does_not_count() {
+    let code = [0xe8df, 0xf000, 0x0402, 0x0004, 0xfbb2, 0xf1f3, 0x4770];
+    let of = |least: u32| {
+        let entered = [(0, [least, 2])].into();
+        let known = Annotations {
+            entered,
+            ..returning()
+        };
+        let bound = asked(&code, &known).expect("a bound");
+        bound.path.iter().any(|step| step.address == CODE + 8)
+    };
+    assert_eq!([0, 1].map(of), [true, false]);
+}
+
 #[test]
 fn what_a_path_stops_at_is_not_counted() {
     let whole = asked(&[0x3001, 0x3001, 0x4770], &returning())
