@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 
 use whippen_budget::{Annotations, Code};
 use whippen_deterministic::Rng;
-use whippen_isa::{Cond, Form, Inst, ItState, Op};
+use whippen_isa::{Arch, Cond, Form, Inst, ItState, Op};
+use whippen_words::assembled;
 
 use super::program::{PLAIN, Piece, any, assemble, branch, bx_lr, inst};
 use super::{CODE, DATA, bound_of, machine, observed, returning};
@@ -151,4 +152,36 @@ fn what_a_loop_changes_is_known_in_no_round() {
         let observed = observed(&mut machine, CODE, &registers);
         assert!(observed <= bound.cycles_max && observed > bound.cycles_max / 4);
     }
+}
+
+/// A loop that is entered by a branch, as it is come back to, and one in whose first round alone a
+/// load is waited for.
+#[test]
+fn rounds_begin_with_what_the_pipeline_holds() {
+    let branched = ["b .+4", "nop", "subs r0, #1", "bne .-2", "bx lr"];
+    let loaded = [
+        "ldr.w r1, [r8]",
+        "adds r2, r1, #1",
+        "subs r0, #1",
+        "bne .-4",
+        "bx lr",
+    ];
+    let cycles = |texts: &[&str], rounds| {
+        let bytes = assembled(texts, Arch::V8M);
+        let mut annotations = returning();
+        annotations.loops.insert(CODE + 4, rounds);
+        let code = Code::new(CODE, bytes.clone());
+        let bound = bound_of(&code, CODE, &annotations).expect("a bound");
+        let registers = BTreeMap::from([(0, rounds), (8, DATA)]);
+        let observed = observed(&mut machine(&bytes), CODE, &registers);
+        assert_eq!(bound.cycles_max, observed, "{texts:?}, {rounds} rounds");
+        observed
+    };
+    for rounds in 1..6 {
+        cycles(&branched, rounds);
+        cycles(&loaded, rounds);
+    }
+    assert_eq!(cycles(&branched, 9) - cycles(&branched, 8), 3);
+    let late = [2, 9].map(|rounds| cycles(&loaded, rounds));
+    assert_eq!(late[1] - late[0], 7 * 4);
 }
