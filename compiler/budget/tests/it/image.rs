@@ -7,12 +7,12 @@ use whippen_board::{
 use whippen_budget::{Bounded, Program, cores};
 use whippen_firmware::{
     FirmwareImage, GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, OwnTexts, Setup,
-    Velocities, build_image,
+    Velocities, build_divided,
 };
 use whippen_isa::Arch;
 use whippen_keyboard::{InstrumentId, Layout, Program as Zones, ProgramId};
 use whippen_modes::{INSTRUCTIONS, Modes, specialize};
-use whippen_parts::split;
+use whippen_parts::{Beside, split_together};
 use whippen_rate::Rate;
 
 /// A key that is on or off, and pushes where it is on: two modes.
@@ -233,10 +233,10 @@ impl Played {
         Played::of(image, board)
     }
 
-    /// An instrument in parts, played once.
-    pub fn in_parts(text: &str) -> Played {
+    /// An instrument of two members in parts, played once, with what another core does beside them.
+    pub fn in_parts(text: &str, beside: Beside) -> Played {
         let whole = whippen_kernel::parse(text).unwrap_or_else(|why| panic!("{why:?}"));
-        let parts = split(&whole).expect("its members are worth it");
+        let parts = split_together(&whole, &[0, 1], beside).expect("its members are worth it");
         let modes = parts.parts.iter();
         let modes = modes.map(|part| specialize(&part.kernel, INSTRUCTIONS));
         let in_parts = InParts {
@@ -324,11 +324,16 @@ fn image_of(
         keys: keys.iter().sum(),
         programs: programs.iter().map(row).collect::<Vec<_>>().into(),
     };
-    build_image(&layout, &instruments, &setup, board).unwrap_or_else(|why| panic!("{why}"))
+    let in_parts = instruments.iter().find_map(|instrument| instrument.parts);
+    let on_cores = in_parts.map(|parts| parts.on_own_cores(board.stacks.len()));
+    let on_cores = on_cores.unwrap_or_default();
+    build_divided(&layout, &instruments, &setup, board, &on_cores)
+        .unwrap_or_else(|why| panic!("{why}"))
 }
 
-/// A Kernel of two members, each of twelve quotients of words of its own.
-pub fn members() -> String {
+/// A Kernel of two members, each of twelve quotients of words of its own; where something is
+/// `early`, both begin with what four others make, to which no sensor leads.
+pub fn members(early: bool) -> String {
     let mut cells = String::new();
     let mut tick = String::from("    v0: i32 [0..65535] = in x\n");
     let mut value = 1;
@@ -339,18 +344,27 @@ pub fn members() -> String {
     };
     let mut ends = Vec::new();
     let mut sets = Vec::new();
-    for member in 0..2 {
-        cells += &format!("  cell a{member}: i32 [0..49152] = 0\n");
-        cells += &format!("  cell b{member}: i32 [40000..60000] = 40000\n");
-        let own = line(format!("[0..49152] = get a{member}"));
-        let by = line(format!("[40000..60000] = get b{member}"));
+    let mut shared = None;
+    let chains = [("e", 4), ("0", 12), ("1", 12)];
+    for (chain, quotients) in chains.into_iter().skip(usize::from(!early)) {
+        cells += &format!("  cell a{chain}: i32 [0..49152] = 0\n");
+        cells += &format!("  cell b{chain}: i32 [40000..60000] = 40000\n");
+        let own = line(format!("[0..49152] = get a{chain}"));
+        let by = line(format!("[40000..60000] = get b{chain}"));
         let mut last = own;
-        for _ in 0..12 {
+        if let Some(shared) = shared {
+            let both = line(format!("[0..89417] = add v{own} v{shared}"));
+            last = line(format!("[0..44708] = sar v{both} 1"));
+        }
+        for _ in 0..quotients {
             let quotient = line(format!("[0..80531] = div_round v{last} v{by} 16"));
             last = line(format!("[0..40265] = sar v{quotient} 1"));
         }
-        sets.push(format!("    set a{member} v{last}\n"));
-        ends.push(last);
+        sets.push(format!("    set a{chain} v{last}\n"));
+        match chain {
+            "e" => shared = Some(last),
+            _ => ends.push(last),
+        }
     }
     let half = line("[0..32767] = sar v0 1".into());
     let less = ends

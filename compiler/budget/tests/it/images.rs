@@ -10,6 +10,7 @@ use whippen_budget::{
 };
 use whippen_firmware::{LOOKS, TIMED};
 use whippen_keyboard::ProgramId;
+use whippen_parts::{Beside, EARLY_CYCLES_MIN};
 
 use super::image::{Played, Row, columns, members, rate_of, rp2350};
 
@@ -100,8 +101,22 @@ fn zones_have_a_bound_that_a_checker_comes_to() {
 /// Members on both cores, which wait for each other.
 #[test]
 fn parts_have_a_bound_that_a_checker_comes_to() {
-    let played = Played::in_parts(&members());
-    assert!(played.image.cut().expect("it is in parts").has_helper());
+    let played = Played::in_parts(&members(false), Beside::default());
+    let cut = played.image.cut().expect("it is in parts");
+    assert!(cut.has_helper() && !cut.has_early());
+    played.is_audited(0);
+    insta::assert_snapshot!(played.told());
+}
+
+/// Core 1 does what both members need while core 0 begins.
+#[test]
+fn what_is_early_has_a_bound_that_a_checker_comes_to() {
+    let beside = Beside {
+        early_cycles_min: Some(EARLY_CYCLES_MIN),
+        ..Beside::default()
+    };
+    let played = Played::in_parts(&members(true), beside);
+    assert!(played.image.cut().expect("it is in parts").has_early());
     played.is_audited(0);
     insta::assert_snapshot!(played.told());
 }
