@@ -19,7 +19,7 @@ fn cycles(texts: &[&str], annotations: &Annotations) -> u64 {
 
 /// The branch at the beginning goes to these, by distance from there and with their lowest bit set.
 fn going(to: &[u32]) -> Annotations {
-    let to = to.iter().map(|to| CODE + to | 1).collect();
+    let to = to.iter().map(|to| (CODE + to) | 1).collect();
     Annotations {
         targets: [(CODE, to)].into(),
         ..returning()
@@ -93,10 +93,10 @@ fn a_call_comes_back_behind_itself() {
         "bx lr",
     ];
     let mut annotations = returning();
-    annotations.targets.insert(CODE + 10, vec![CODE + 24 | 1]);
+    annotations.targets.insert(CODE + 10, vec![(CODE + 24) | 1]);
     let bytes = assembled(&texts, Arch::V8M);
     let mut machine = machine(&bytes);
-    let registers = BTreeMap::from([(1, u32::MAX), (2, 1), (3, CODE + 24 | 1)]);
+    let registers = BTreeMap::from([(1, u32::MAX), (2, 1), (3, (CODE + 24) | 1)]);
     let slowest = observed(&mut machine, CODE, &registers);
     let bound = asked(&texts, &annotations).expect("a bound");
     assert_eq!(bound.cycles_max, slowest);
