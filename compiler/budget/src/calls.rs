@@ -367,8 +367,11 @@ fn part(program: &Program, address: u32) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cores::tests::{section, whole};
     use crate::{Code, Query};
+    use whippen_isa::Arch;
     use whippen_isa::timing::Core;
+    use whippen_words::assembled;
 
     /// By what a return there takes.
     #[test]
@@ -396,6 +399,23 @@ mod tests {
         }
         assert!(cycles(places[3]) > cycles(places[2]));
         assert_eq!(most_expensive(&[]), None);
+    }
+
+    #[test]
+    fn a_call_comes_back_behind_itself() {
+        let bytes = assembled(&["blx r3", "nop.w", "nop"], Arch::V8M);
+        let mut text = section(".text.core0", 0x2000_0000, bytes.len() as u32);
+        text.bytes = bytes;
+        let program = Program::of(&whole(1, vec![text]).image);
+        let narrow = Target {
+            address: 0x2000_0002,
+            wide: true,
+        };
+        let wide = Target {
+            address: 0x2000_0006,
+            wide: false,
+        };
+        assert_eq!([0, 2].map(|at| behind(&program, 0x2000_0000 + at)), [narrow, wide]);
     }
 
     /// By each key of a row that may begin: those above it do not play.

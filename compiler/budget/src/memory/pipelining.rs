@@ -132,10 +132,10 @@ mod tests {
     const CCM: BankSet = 0b010;
     const SRAM2: BankSet = 0b100;
 
-    /// Whether the second of two loads is pipelined, with these words in registers, and with
-    /// registers that point into these banks, or besides where nothing is known.
-    fn pipelines(texts: [&str; 2], entered: &[(u8, u32)], bases: &[(u8, Reach)]) -> bool {
-        let mut bytes = assembled(&texts, Arch::V7EM);
+    /// The bound of some texts and BX LR, with these words in registers, and with registers that
+    /// point into these banks.
+    fn cycles(texts: &[&str], entered: &[(u8, u32)], bases: &[(u8, Reach)]) -> u64 {
+        let mut bytes = assembled(texts, Arch::V7EM);
         bytes.extend(0x4770_u16.to_le_bytes());
         let code = Code::new(0, bytes);
         let annotations = Annotations {
@@ -157,7 +157,12 @@ mod tests {
             annotations: &annotations,
             interference: Some(&alone),
         };
-        let cycles = bound(&query).expect("a bound").cycles_max;
+        bound(&query).expect("a bound").cycles_max
+    }
+
+    /// Whether the second of two loads is pipelined.
+    fn pipelines(texts: [&str; 2], entered: &[(u8, u32)], bases: &[(u8, Reach)]) -> bool {
+        let cycles = cycles(&texts, entered, bases);
         // BX LR leads to a 32-bit instruction across two words, as nothing is known of the caller.
         let apart = 2 + 2 + 4;
         assert!(
@@ -193,9 +198,11 @@ mod tests {
             let both = [(1, reach.clone()), (3, reach)];
             assert!(!pipelines(TWO_POINTERS, &[], &both), "{both:?}");
         }
-        // R1 pointed to the one memory, and holds a byte then, as if to the memory of the code.
-        let words = [(1, 0x1000_0000), (3, 0x100)];
-        assert!(!pipelines(["ldrb r1, [r1]", "ldr r2, [r3]"], &words, &[]));
+        // R1 pointed to another memory, and holds a byte then, as if to that of the code.
+        let texts = ["ldrb r1, [r1]", "ldr r2, [r3]", "cbz r1, .+4", "nop"];
+        let [code, data] = [0x100, 0x2001_0100]
+            .map(|second| cycles(&texts, &[(1, 0x1000_0000), (3, second)], &[]));
+        assert_eq!(code, data);
     }
 
     /// A pointer and what is added to it stay in one memory; what is it of two registers nobody
