@@ -258,8 +258,8 @@ impl Image {
         })
     }
 
-    /// Finds the states of a piece: those of its entry, of the heads of its loops, and of the points
-    /// that it has already, which are in the loops that they say.
+    /// Finds the states of a piece: those of its entry, of the heads of its loops, and of the
+    /// points that it has already, which are in the loops that they say.
     pub fn explore(&mut self, number: usize, nth: usize) -> Result<(), Refusal> {
         let mut function = self.certificate.frames[0].functions[number].clone();
         let mut seen = Seen {

@@ -415,7 +415,10 @@ mod tests {
             address: 0x2000_0006,
             wide: false,
         };
-        assert_eq!([0, 2].map(|at| behind(&program, 0x2000_0000 + at)), [narrow, wide]);
+        assert_eq!(
+            [0, 2].map(|at| behind(&program, 0x2000_0000 + at)),
+            [narrow, wide]
+        );
     }
 
     /// By each key of a row that may begin: those above it do not play.
