@@ -214,7 +214,7 @@ impl Cpu {
             self.stall += i64::from(wait);
             return Ok(value);
         }
-        let answer = match self.is_private(address) {
+        let answer = match is_private(address) {
             true => self.system_read(address, size).map(|value| (value, 0)),
             false => bus.device_read(address, size, self.index, self.now).ok(),
         };
@@ -239,7 +239,7 @@ impl Cpu {
             self.stall += i64::from(wait);
             return Ok(());
         }
-        let answer = match self.is_private(address) {
+        let answer = match is_private(address) {
             true => self.system_write(address, size, value).map(|()| 0),
             false => bus
                 .device_write(address, size, value, self.index, self.now)
@@ -253,9 +253,9 @@ impl Cpu {
             None => Err(self.fault(FaultKind::BusFault, Reason::Write, address)),
         }
     }
+}
 
-    /// Whether the address belongs to the core itself, and the core is privileged.
-    fn is_private(&self, address: u32) -> bool {
-        address >> 20 == 0xe00
-    }
+/// Whether an address belongs to the core itself.
+pub(crate) fn is_private(address: u32) -> bool {
+    address >> 20 == 0xe00
 }

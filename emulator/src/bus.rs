@@ -54,6 +54,13 @@ pub trait Device: Any {
     /// Called when `due` has come, at the first instruction boundary from then on.
     fn attend(&mut self, _cycle: u64, _bus: &mut Bus) {}
 
+    /// Whether it answers a read or write there, and that changes nothing but the device, lines and
+    /// pins: no memory, no other device, not what cores find where, nor who goes first. A core that
+    /// has run ahead need not be taken back for it then.
+    fn keeps_to_itself(&self, _offset: u32, _write: bool) -> bool {
+        false
+    }
+
     /// The chip resets its peripherals. The run ends with that, so only what a host sees afterwards
     /// matters: what outputs put out.
     fn reset(&mut self) {}
@@ -108,6 +115,8 @@ pub struct Bus {
     /// What the core that runs apart has done, and whether one does.
     pub(crate) trail: Trail,
     pub(crate) apart: bool,
+    /// The address of the last access that such a core was refused, and was aligned.
+    pub(crate) refused: Option<u32>,
     /// Whether banks and memory are such that cores may run apart.
     pub(crate) divides: bool,
     slots: Vec<Slot>,
@@ -135,6 +144,7 @@ impl Bus {
             fabric: Fabric::new(&board.banks),
             trail: Trail::default(),
             apart: false,
+            refused: None,
             divides,
             slots: Vec::new(),
             request_pulses: (0, 0),
@@ -397,6 +407,18 @@ impl Bus {
             .position(|s| offset(s) < s.bytes)
             .ok_or(BusError)?;
         Ok((index, offset(&self.slots[index])))
+    }
+
+    /// Whether a device is there that keeps to itself.
+    pub(crate) fn keeps_to_itself(&self, address: u32, write: bool) -> bool {
+        if self.memory.region(address).is_some() || crate::access::is_private(address) {
+            return false;
+        }
+        let found = self.find(address).ok();
+        found.is_some_and(|(index, offset)| {
+            let device = self.slots[index].device.as_ref();
+            device.is_some_and(|device| device.keeps_to_itself(offset, write))
+        })
     }
 
     /// The device at an address.

@@ -311,7 +311,7 @@ impl Machine {
         self.bus.memory.forget_code();
     }
 
-    /// One instruction.
+    /// One instruction; an observer may end the run behind it.
     pub(crate) fn step_core<O: Observer>(
         &mut self,
         core: usize,
@@ -330,7 +330,11 @@ impl Machine {
         if std::mem::take(&mut self.cores[core].cpu.system.reset) {
             return Err(Stop::Reset);
         }
-        stepped.map_err(|stop| self.returned(core, stop))
+        stepped.map_err(|stop| self.returned(core, stop))?;
+        match observer {
+            Some(observer) if observer.stops() => Err(Stop::Limit),
+            _ => Ok(()),
+        }
     }
 }
 

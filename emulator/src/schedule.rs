@@ -80,7 +80,7 @@ impl Machine {
     }
 
     /// The earliest cycle in which a device or a timer is due.
-    fn next_due(&self) -> u64 {
+    pub(crate) fn next_due(&self) -> u64 {
         let timers = self.cores.iter().map(|c| c.cpu.system.systick.due()).min();
         self.bus.due().min(timers.unwrap_or(u64::MAX))
     }
@@ -120,7 +120,9 @@ impl Machine {
         let fast = !looks(observer) && !self.has_breakpoints();
         while let Some(mut core) = self.next_core() {
             if fast && self.tries_apart(self.cores[core].cycle) {
-                self.try_apart(horizon);
+                if self.try_apart(horizon, observer)? {
+                    break;
+                }
                 core = self.next_core().unwrap_or(core);
             }
             let changed = self.cores[core].cpu.system.changed && !first;
@@ -149,9 +151,6 @@ impl Machine {
             return Err(Stop::Breakpoint { core, address });
         }
         self.step_core(core, observer)?;
-        if observer.as_ref().is_some_and(|o| o.stops()) {
-            return Err(Stop::Limit);
-        }
         let cpu = &self.cores[core].cpu;
         let changed = cpu.system.changed | self.bus.lines.changed;
         // A device that was accessed may be due before the horizon that was set without it.
@@ -199,7 +198,7 @@ impl Machine {
     }
 
     /// Starts and halts cores as devices asked.
-    fn obey(&mut self) {
+    pub(crate) fn obey(&mut self) {
         if !std::mem::take(&mut self.bus.lines.changed) {
             return;
         }

@@ -80,7 +80,7 @@ impl Core {
     }
 
     /// The decoded instruction at PC.
-    fn locate(&mut self, bus: &mut Bus) -> (usize, usize) {
+    pub(crate) fn locate(&mut self, bus: &mut Bus) -> (usize, usize) {
         if let Some(cursor) = self.located() {
             return cursor;
         }

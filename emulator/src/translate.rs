@@ -38,7 +38,7 @@ use emitter::Emitter;
 
 /// Instructions of a block that are interpreted before it is translated, which takes about as
 /// long. Tests translate nearly everything.
-const HOT: usize = if cfg!(test) { 1 << 10 } else { 1 << 17 };
+const HOT: usize = if cfg!(test) { 1 << 10 } else { 1 << 15 };
 /// Translations of a block at most: one for each mode and state of the pipeline.
 const CODES_MAX: usize = 8;
 

@@ -43,4 +43,5 @@ mod sound_out;
 mod switch;
 mod talk;
 mod tuning;
+mod turns;
 mod zones;

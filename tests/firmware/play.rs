@@ -9,7 +9,7 @@ use whippen_runtime::gesture::default_gesture;
 
 /// Sensor words of 88 keys that are played one after the other, with the noise that a converter
 /// has.
-fn words(ticks: usize) -> Vec<u16> {
+pub fn words(ticks: usize) -> Vec<u16> {
     let device = Device::mikey();
     let motion: Vec<u16> = default_gesture()
         .positions(RATE_HZ)

@@ -7,7 +7,7 @@ use whippen_compiler::kernel::{FULL_SCALE, Kernel, parse};
 
 /// A key's sample is its word around the middle, on the right with the other sign and half as loud;
 /// 0 and 65535 are full scale.
-const HEARD: &str = "kernel heard @44100 {
+pub const HEARD: &str = "kernel heard @44100 {
   in x: u16 [0..65535]
   out f: i16 [-32768..32767]
   cell \"channel left.emit\": i32 [-1073741824..1073741824] = 0

@@ -1,10 +1,10 @@
 //! A core that runs apart: whole blocks while there is room, single instructions up to the common
 //! cycle, in front of what has to be exact it stops.
 
-use super::trail::{Stretch, Trail};
+use super::trail::{Before, Stretch, Trail};
 use crate::bus::Bus;
 use crate::core::{Core, Run};
-use crate::cpu::Cpu;
+use crate::cpu::SavedRegisters;
 use crate::memory::NO_PORT;
 use crate::op::Flow;
 use crate::outcome::Outcomes;
@@ -21,25 +21,38 @@ enum Ended {
     There,
     /// With a branch: the block that is next, if it is known.
     Branched(Option<usize>),
-    /// In front of what has to be exact, or behind what may have changed code.
+    /// In front of what has to be exact.
+    Refused,
+    /// Behind what may have changed code.
     Stopped,
+}
+
+/// How far a core came.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// To the horizon.
+    There,
+    /// In front of an instruction that has to be exact, perhaps for what is at an address.
+    Refused(Option<u32>),
+    /// In front of code that is not decoded, or may have changed.
+    Unknown,
 }
 
 /// A core as it was.
 pub(super) struct Saved {
-    cpu: Cpu,
-    pipe: Pipe,
+    registers: SavedRegisters,
+    pipe: (u16, Pipe),
     cycle: u64,
     instructions: u64,
     cursor: (usize, usize),
-    pub(super) renumbered: u32,
+    renumbered: u32,
 }
 
 impl Core {
     pub(super) fn save(&self) -> Saved {
         Saved {
-            cpu: self.cpu.clone(),
-            pipe: self.pipe_state(),
+            registers: self.cpu.registers(),
+            pipe: (self.pipe, self.pipe_state()),
             cycle: self.cycle,
             instructions: self.instructions,
             cursor: self.cursor,
@@ -48,43 +61,60 @@ impl Core {
     }
 
     pub(super) fn restore(&mut self, saved: &Saved) {
-        self.cpu.clone_from(&saved.cpu);
-        self.pipe = self.number(saved.pipe);
+        self.cpu.set_registers(&saved.registers);
+        self.pipe = match self.is_numbered_as(saved) {
+            true => saved.pipe.0,
+            false => self.number(saved.pipe.1),
+        };
         self.cycle = saved.cycle;
         self.instructions = saved.instructions;
         self.cursor = saved.cursor;
     }
 
-    /// Runs all instructions that begin before `horizon`, unless it comes to one that has to be
-    /// exact; whether it did not.
-    pub(super) fn run_apart(&mut self, bus: &mut Bus, horizon: u64) -> bool {
-        if let Some((block, index)) = self.located().filter(|(_, index)| *index > 0)
-            && self.run_singly(bus, block, index, horizon) == Ended::Stopped
-        {
-            return false;
+    /// A block begins here from now on, if it did not: one instruction of the one before ran alone.
+    pub(super) fn find_here(&mut self, bus: &mut Bus) {
+        let number = self.code.find(&mut bus.memory, self.cpu.pc, self.cpu.it);
+        self.cursor = (number, 0);
+    }
+
+    /// Whether numbers of states of the pipeline are those of then.
+    pub(super) fn is_numbered_as(&self, saved: &Saved) -> bool {
+        self.renumbered == saved.renumbered
+    }
+
+    /// Runs all instructions that begin before `horizon`, and those behind it of the last block if
+    /// that ends by `limit`, unless it comes to one that has to be exact.
+    pub(super) fn run_apart(&mut self, bus: &mut Bus, horizon: u64, limit: u64) -> Reach {
+        if let Some((block, index)) = self.located().filter(|(_, index)| *index > 0) {
+            match self.run_singly(bus, block, index, horizon) {
+                Ended::Refused => return Reach::Refused(bus.refused),
+                Ended::Stopped => return Reach::Unknown,
+                Ended::There | Ended::Branched(_) => {}
+            }
         }
         let mut next = None;
         while self.cycle < horizon {
             let known = next.or_else(|| self.code.known(self.cpu.pc, self.cpu.it));
             let Some(number) = known.filter(|_| self.cpu.thumb) else {
-                return false;
+                return Reach::Unknown;
             };
             let block = &self.code.blocks[number];
             let room = horizon - self.cycle;
-            let ended = if block.cycles_max <= room {
-                self.run_whole(bus, number, room)
+            let ended = if block.cycles_max <= room.max(limit.saturating_sub(self.cycle)) {
+                self.run_whole(bus, number, room.max(block.cycles_max))
             } else if u64::from(block.took) <= room {
                 self.run_if_it_fits(bus, number, horizon)
             } else {
                 self.run_singly(bus, number, 0, horizon)
             };
             next = match ended {
-                Ended::Stopped => return false,
+                Ended::Refused => return Reach::Refused(bus.refused),
+                Ended::Stopped => return Reach::Unknown,
                 Ended::Branched(next) => next,
                 Ended::There => None,
             };
         }
-        true
+        Reach::There
     }
 
     /// Runs a block that took few enough cycles the last time, or one by one if it takes more now.
@@ -101,6 +131,7 @@ impl Core {
             return ended;
         }
         self.restore(&saved);
+        bus.refused = None;
         bus.take_back(kept);
         bus.trail.accesses.truncate(accesses);
         bus.trail.stretches.truncate(stretches);
@@ -149,41 +180,41 @@ impl Core {
             return Ended::Branched(Some(ended.block));
         };
         let run = Run::whole(ended.block, flow, ended.done);
-        self.end_stretch(bus, run, time.replaced_before, time.accesses_before)
+        self.end_stretch(bus, run, &time.before)
     }
 
     /// Runs some instructions of a block that follow each other.
     #[inline(always)]
     fn run_stretch(&mut self, bus: &mut Bus, block: usize, first: usize, count: usize) -> Ended {
-        let (kept, accesses) = (bus.trail.replaced.len(), bus.trail.accesses.len());
+        let before = Before::of(&bus.trail);
         bus.trail.ports |= self.code.blocks[block].ports;
         let outcomes = std::mem::replace(&mut self.cpu.outcomes, 1);
-        let (mut flow, mut before) = (Flow::Next, 0);
+        let (mut flow, mut done) = (Flow::Next, 0);
         for op in &self.code.blocks[block].ops[first..first + count] {
-            bus.trail.op = before as u8;
+            bus.trail.op = done as u8;
             flow = (op.run)(&mut self.cpu, bus, op);
             if flow != Flow::Next {
                 break;
             }
-            before += 1;
+            done += 1;
         }
         let run = Run {
             first,
             single: count == 1,
-            ..Run::whole(block, flow, before)
+            ..Run::whole(block, flow, done)
         };
         if run.done == 0 {
             self.cpu.outcomes = outcomes;
         }
-        self.end_stretch(bus, run, kept, accesses)
+        self.end_stretch(bus, run, &before)
     }
 
-    /// What follows from a stretch, before which there were so many stores and accesses.
+    /// What follows from a stretch.
     #[inline(always)]
-    fn end_stretch(&mut self, bus: &mut Bus, run: Run, kept: usize, accesses: usize) -> Ended {
+    fn end_stretch(&mut self, bus: &mut Bus, run: Run, before: &Before) -> Ended {
         if matches!(run.flow, Flow::Inexact | Flow::Trap) {
             bus.trail.op = run.done as u8;
-            bus.undo(kept, accesses);
+            bus.undo(before.replaced, before.accesses);
         }
         let block = &self.code.blocks[run.block];
         if run.flow == Flow::Branch {
@@ -203,23 +234,25 @@ impl Core {
                 outcomes: self.cpu.outcomes,
                 pipe: self.pipe,
                 cycle: self.cycle,
-                accesses,
+                accesses: before.accesses,
+                ports: before.ports,
                 run,
             });
-            let before = self.cycle;
+            let cycle = self.cycle;
             match next.0.filter(|_| whole) {
                 Some(next) if self.follow(&run).is_none() => self.charge_and_link(&run, next),
                 Some(_) => {}
                 None => self.charge(&run, next.1),
             }
             if whole {
-                self.code.blocks[run.block].took = (self.cycle - before) as u32;
+                self.code.blocks[run.block].took = (self.cycle - cycle) as u32;
             }
         }
         match run.flow {
             Flow::Next if !whole => Ended::There,
             Flow::Next | Flow::Branch => Ended::Branched(next.0),
-            Flow::Leave | Flow::Inexact | Flow::Trap => Ended::Stopped,
+            Flow::Inexact | Flow::Trap => Ended::Refused,
+            Flow::Leave => Ended::Stopped,
         }
     }
 
@@ -255,17 +288,10 @@ impl Core {
             }
         };
         note(held, start);
-        let mut accesses = trail.accesses.iter();
-        let ends = trail.stretches.iter().skip(1).map(|next| next.accesses);
-        let ends = ends.chain(std::iter::once(trail.accesses.len()));
-        for (stretch, end) in trail.stretches.iter().zip(ends) {
-            let own = accesses.by_ref().take(end - stretch.accesses);
-            let bit = |access: &[u8; 2]| 1_u32.checked_shl(access[1].into()).unwrap_or(0);
-            let ports = own.fold(0, |ports, access| ports | bit(access));
-            note(
-                ports | self.code.blocks[stretch.run.block].ports,
-                stretch.cycle,
-            );
+        let after = trail.stretches.iter().skip(1).map(|next| next.ports);
+        let after = after.chain(std::iter::once(trail.ports));
+        for (stretch, ports) in trail.stretches.iter().zip(after) {
+            note(ports, stretch.cycle);
         }
         uses
     }
@@ -289,21 +315,26 @@ impl Core {
         found
     }
 
-    /// Counts a stretch again, for the cycles of its accesses.
+    /// Adds the port and the cycle of each access of a stretch.
     fn replay(&self, stretch: &Stretch, mut accesses: &[[u8; 2]], found: &mut Vec<(u8, u64)>) {
+        self.count_again(stretch, |i, cycle| {
+            let of_this = |access: &&[u8; 2]| access[0] as usize == i;
+            let count = accesses.iter().take_while(of_this).count();
+            let (own, rest) = accesses.split_at(count);
+            accesses = rest;
+            let cycles = (cycle..).zip(own).map(|(cycle, [_, port])| (*port, cycle));
+            found.extend(cycles.filter(|(port, _)| *port != NO_PORT));
+        });
+    }
+
+    /// Counts a stretch again: the number of each instruction, and the cycle in which it began.
+    fn count_again(&self, stretch: &Stretch, mut each: impl FnMut(usize, u64)) {
         let Run { first, done, .. } = stretch.run;
         let (mut pipe, mut cycle) = (self.pipes.state(stretch.pipe), stretch.cycle);
         let mut outcomes = Outcomes::new(stretch.outcomes);
         let infos = &self.code.blocks[stretch.run.block].infos[first..first + done];
         for (i, info) in infos.iter().enumerate() {
-            let count = accesses
-                .iter()
-                .take_while(|[op, _]| *op as usize == i)
-                .count();
-            let (own, rest) = accesses.split_at(count);
-            accesses = rest;
-            let cycles = (cycle..).zip(own).map(|(cycle, [_, port])| (*port, cycle));
-            found.extend(cycles.filter(|(port, _)| *port != NO_PORT));
+            each(i, cycle);
             if i + 1 == done {
                 break;
             }
@@ -315,5 +346,18 @@ impl Core {
                 cycle += u64::from(cost.cycles());
             }
         }
+    }
+
+    /// Whether the last instruction began in the cycle that the core has come to: some take none.
+    /// It then uses its ports in that cycle.
+    pub(super) fn is_still_in(&self, trail: &Trail, cycle: u64) -> bool {
+        let last = trail.stretches.last().filter(|_| self.cycle == cycle);
+        // A branch takes cycles.
+        let Some(last) = last.filter(|last| last.run.flow != Flow::Branch) else {
+            return false;
+        };
+        let mut began = last.cycle;
+        self.count_again(last, |_, cycle| began = cycle);
+        began >= cycle
     }
 }

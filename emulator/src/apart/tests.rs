@@ -1,16 +1,19 @@
 //! Two cores that run apart do what they do by turns: random programs, cycle by cycle.
 //!
-//! An observed run never runs apart, so it is the judge.
+//! A run whose instructions somebody observes never runs apart, so it is the judge.
+
+mod devices;
+mod programs;
 
 use super::*;
-use crate::boards::{BoardKind, ConverterSetup, build};
-use crate::bus::{Access, Bus, BusError, Device, Waits};
+use crate::boards::Ports;
+use crate::bus::{Access, Bus, BusError, Device, DeviceId, Waits};
 use crate::lines::Start;
 use crate::observe::{Observer, Step};
 use crate::register::Register;
 use crate::stop::Stop;
+use crate::system::nvic::FIRST;
 use crate::translate::RunMode;
-use whippen_isa::{Class, ItState, Op, RegSet, decode, is_wide};
 
 const PORT: u32 = 0x6000_0000;
 const SHARED: u32 = 0x2003_0000;
@@ -21,6 +24,10 @@ const NEAR: [u32; 2] = [0x2008_0800, 0x2008_1000];
 const CODE: u32 = 0x400;
 const DATA: u32 = 0x8000;
 const STACK: u32 = 0x1_0000;
+/// Where RAM begins, and how much there is.
+const RAM: (u32, usize) = (0x2000_0000, 520 << 10);
+/// The interrupts of alarms and the bell, the DMA, FIFOs, doorbells, a serial port, the converter.
+const INTERRUPTS: [u32; 9] = [0, 1, 2, 3, 10, 25, 26, 33, 46];
 
 struct Random(u64);
 
@@ -42,6 +49,8 @@ struct Bell {
     due: u64,
     period: u64,
     asked: Vec<(usize, u64)>,
+    /// As devices are whose accesses touch no memory: these do not.
+    keeps_to_itself: bool,
 }
 
 impl Device for Bell {
@@ -54,6 +63,10 @@ impl Device for Bell {
         self.asked.push((access.core, access.cycle));
         bus.lines.pulse(1 - access.core, 3);
         Ok(())
+    }
+
+    fn keeps_to_itself(&self, _: u32, _: bool) -> bool {
+        self.keeps_to_itself
     }
 
     fn due(&self) -> u64 {
@@ -69,147 +82,47 @@ impl Device for Bell {
     }
 }
 
-/// Nobody runs apart while it looks.
-struct Watcher;
+/// Notes exceptions, and ends a run behind some that were left. Nobody runs apart while it looks at
+/// instructions.
+struct Exceptions<const INSTRUCTIONS: bool> {
+    /// What happened to which core: an exception taken, returned from, left; its number; the cycle.
+    seen: Vec<(&'static str, usize, u32, u64)>,
+    /// The run ends behind one of so many.
+    rarely: u64,
+    stops: bool,
+}
 
-impl Observer for Watcher {
+impl<const INSTRUCTIONS: bool> Exceptions<INSTRUCTIONS> {
+    fn new(rarely: u64) -> Self {
+        Self {
+            seen: Vec::new(),
+            rarely,
+            stops: false,
+        }
+    }
+}
+
+impl<const INSTRUCTIONS: bool> Observer for Exceptions<INSTRUCTIONS> {
+    const INSTRUCTIONS: bool = INSTRUCTIONS;
+
     fn instruction(&mut self, _: &Step<'_>) {}
-}
 
-/// Whether a random instruction stays in line, away from memory and from R4 to R14.
-fn is_plain(hw1: u16, hw2: u16) -> bool {
-    let Ok(inst) = decode(hw1, hw2, whippen_isa::Arch::V8M, ItState::OUTSIDE) else {
-        return false;
-    };
-    let name = format!("{:?}", inst.class());
-    let away = ["Load", "Store", "Branch", "Preload", "Float"];
-    let odd = matches!(
-        inst.class(),
-        Class::Wait
-            | Class::Exception
-            | Class::Special
-            | Class::It
-            | Class::Coprocessor
-            | Class::Security
-    );
-    let kept = RegSet::core_list(0xfff0);
-    !odd && !away.iter().any(|part| name.contains(part))
-        && !inst.defs().intersects(kept)
-        && inst.op() != Op::ISB
-}
-
-/// Instructions of each kind that is translated in place and is not among the others, with what
-/// they need and what undoes what they do to R3 to R14. R7 counts down, so it is odd at times.
-const MORE: &[&[u16]] = &[
-    &[0x7870],                                 // ldrb r0, [r6, #1]
-    &[0x8870],                                 // ldrh r0, [r6, #2]
-    &[0x5ff0],                                 // ldrsh r0, [r6, r7]
-    &[0x57f0],                                 // ldrsb r0, [r6, r7]
-    &[0xf856, 0x0027],                         // ldr r0, [r6, r7, lsl #2]
-    &[0x7071],                                 // strb r1, [r6, #1]
-    &[0x8071],                                 // strh r1, [r6, #2]
-    &[0x53f1],                                 // strh r1, [r6, r7]
-    &[0xb407, 0xbc0e],                         // push {r0-r2}; pop {r1-r3}
-    &[0xb082, 0x9101, 0xb002],                 // sub sp, #8; str r1, [sp, #4]; add sp, #8
-    &[0xf856, 0x0f04, 0xf856, 0x1904],         // ldr r0, [r6, #4]!; ldr r1, [r6], #-4
-    &[0xf846, 0x0f04, 0xf846, 0x1904],         // str r0, [r6, #4]!; str r1, [r6], #-4
-    &[0x4633, 0xcb07, 0x4633, 0xc307],         // mov r3, r6; ldm r3!, {r0-r2}; the same, stm
-    &[0xbf18, 0x6830],                         // it ne; ldrne r0, [r6]
-    &[0xbf2c, 0x2001, 0x6031],                 // ite cs; movcs r0, #1; strcc r1, [r6]
-    &[0xbfb4, 0x1840, 0x4048],                 // ite lt; addlt r0, r0, r1; eorge r0, r1
-    &[0xbf88, 0xfb91, 0xf0f2],                 // it hi; sdivhi r0, r1, r2
-    &[0xbf08, 0x4288],                         // it eq; cmpeq r0, r1
-    &[0xfbb0, 0xf0f1],                         // udiv r0, r0, r1
-    &[0xb100, 0x3001],                         // cbz r0, behind; adds r0, #1
-    &[0xb901, 0x3101],                         // cbnz r1, behind; adds r1, #1
-    &[0xe7ff],                                 // b behind
-    &[0x4673, 0xf000, 0xf800, 0x469e],         // mov r3, lr; bl behind; mov lr, r3
-    &[0xa301, 0x3301, 0x4718, 0xbf00],         // adr r3, behind; adds r3, #1; bx r3
-    &[0x2301, 0xe8df, 0xf003, 0x0101],         // movs r3, #1; tbb [pc, r3]
-    &[0xf301, 0x0007, 0xf382, 0x0045],         // ssat r0, #8, r1; usat r0, #5, r2, lsl #1
-    &[0xfb82, 0x0103, 0xfbe2, 0x0103],         // smull, umlal r0, r1, r2, r3
-    &[0xfbc2, 0x0103, 0xfba2, 0x0103],         // smlal, umull r0, r1, r2, r3
-    &[0xfb51, 0xf012, 0xfb51, 0x2003],         // smmulr r0, r1, r2; smmla r0, r1, r3, r2
-    &[0xfb01, 0x2003, 0xfb01, 0x2013, 0x4348], // mla, mls r0, r1, r3, r2; muls r0, r1, r0
-    &[0xf3c1, 0x00c4, 0xf341, 0x01c4],         // ubfx r0, r1, #3, #5; sbfx r1, r1, #3, #5
-    &[0xf361, 0x1009, 0xf36f, 0x1109],         // bfi r0, r1, #4, #6; bfc r1, #4, #6
-    &[0xeac1, 0x0082, 0xfa11, 0xf082],         // pkhbt r0, r1, r2, lsl #2; uxtah r0, r1, r2
-    &[0xfab1, 0xf081, 0xfa91, 0xf1a1],         // clz r0, r1; rbit r1, r1
-    &[0xba08, 0xb240, 0xb2c9, 0xb212],         // rev r0, r1; sxtb; uxtb; sxth
-    &[0xf2c1, 0x2034, 0xea5f, 0x0031],         // movt r0, #0x1234; movs r0, r1, rrx
-    &[0x4088, 0x40c8, 0x4108, 0x41c8],         // lsls, lsrs, asrs, rors r0, r1
-    &[0x4148, 0x4188, 0x4248, 0x43c8],         // adcs, sbcs r0, r1; rsbs r0, r1; mvns r0, r1
-    &[0xea91, 0x00f2, 0xea71, 0x0002],         // eors r0, r1, r2, ror #3; orns r0, r1, r2
-];
-
-/// One instruction or a few of a loop: on registers, or on the core's own data (R6).
-fn own(random: &mut Random, kinds: u32, code: &mut Vec<u16>) {
-    let (hw1, hw2) = (random.word() as u16, random.word() as u16);
-    let offset = hw1 & 0x07c0;
-    if kinds > 6 && random.below(3) == 0 {
-        return code.extend(MORE[random.below(MORE.len() as u32) as usize]);
+    fn exception(&mut self, core: usize, number: u32, cycle: u64) {
+        self.seen.push(("taken", core, number, cycle));
     }
-    match random.below(kinds) {
-        0 => code.extend([0xd000 | (random.below(14) << 8) as u16, 0x3001]), // b<c>; adds r0, #1
-        1 => code.extend([0xbf08, 0x3001]),                                  // it eq; addeq r0, #1
-        6 => code.push(0x6031 | offset),                                     // str r1, [r6, ..]
-        7 => code.push(0x6830 | offset),                                     // ldr r0, [r6, ..]
-        8 => code.extend([0xe896, 0x0007]),                                  // ldm r6, {r0-r2}
-        9 => code.extend([0xe886, 0x0007]),                                  // stm r6, {r0-r2}
-        10 => code.extend([0xe9d6, 0x0100 | hw2 & 31]), // ldrd r0, r1, [r6, ..]
-        11 => code.extend([0xe9c6, 0x0100 | hw2 & 31]), // strd r0, r1, [r6, ..]
-        _ if is_plain(hw1, hw2) => {
-            code.push(hw1);
-            code.extend(is_wide(hw1).then_some(hw2));
-        }
-        _ => {}
-    }
-}
 
-/// What the other core can see, or what has to be exact.
-fn shared(random: &mut Random, code: &mut Vec<u16>) {
-    let offset = random.word() as u16 & 0x07c0;
-    match random.below(15) {
-        0 => code.push(0x6029 | offset),     // str r1, [r5, ..]: shared
-        1 | 2 => code.push(0x6828 | offset), // ldr r0, [r5, ..]
-        3 => code.push(0x6820),              // ldr r0, [r4]: the bell
-        4 => code.push(0x6020),              // str r0, [r4]
-        5 => code.extend([0xe855, 0x0f00, 0xe845, 0x0100]), // ldrex r0, [r5]; strex r1, r0, [r5]
-        6 => code.extend([0xf8d6, 0x0001]),  // ldr r0, [r6, #1]
-        7 => code.extend([0xf8a9, 0xa000]),  // strh r10, [r9]: its own code
-        8 => code.extend([0xf8ab, 0xc000]),  // strh r12, [r11]: the other's code
-        9 => code.extend([0xf8c8, 0x0000]),  // str r0, [r8]: the other's data
-        10 => code.extend([0xf8d8, 0x0004]), // ldr r0, [r8, #4]
-        11 | 12 => code.extend([0xe898, 0x0007]), // ldm r8, {r0-r2}
-        13 => code.extend([0xe885, 0x0007]), // stm r5, {r0-r2}
-        _ => code.extend([0xb672, 0xb662]),  // cpsid i; cpsie i
+    fn exception_return(&mut self, core: usize, number: u32, cycle: u64) {
+        self.seen.push(("return", core, number, cycle));
     }
-}
 
-/// A nop that is overwritten, loops on own data, and between them something that is shared.
-fn program(random: &mut Random) -> Vec<u16> {
-    let mut code = vec![0xbf00];
-    let often = 1 + random.below(12);
-    for _ in 0..10 {
-        code.push(0x2700 | (1 + random.below(60)) as u16); // movs r7, ..
-        let start = code.len();
-        let wanted = start + 5 + random.below(70) as usize;
-        let kinds = [6, 12][random.below(2) as usize];
-        let rare = [20, 400, 400][random.below(3) as usize];
-        while code.len() < wanted {
-            own(random, kinds, &mut code);
-            if random.below(rare) == 0 {
-                shared(random, &mut code);
-            }
-        }
-        let back = start as i32 - (code.len() as i32 + 1) - 2;
-        code.extend([0x3f01, 0xd100 | back as u16 & 0xff]); // subs r7, #1; bne
-        if random.below(often) == 0 {
-            shared(random, &mut code);
-        }
+    fn resumed(&mut self, core: usize, cycle: u64) {
+        self.seen.push(("left", core, 0, cycle));
+        self.stops = cycle.is_multiple_of(self.rarely);
     }
-    code.push(0x4770); // bx lr: from the beginning
-    code
+
+    fn stops(&self) -> bool {
+        self.stops
+    }
 }
 
 fn write(m: &mut Machine, address: u32, halfwords: &[u16]) {
@@ -217,105 +130,210 @@ fn write(m: &mut Machine, address: u32, halfwords: &[u16]) {
     m.bus.memory.write(address, &bytes).unwrap();
 }
 
-fn ready(kind: BoardKind, seed: u64) -> (Machine, crate::bus::DeviceId) {
+/// A machine with its devices.
+struct Bench {
+    machine: Machine,
+    bell: DeviceId,
+    ports: Ports,
+}
+
+/// A chip whose cores run these programs.
+fn ready(seed: u64, program: impl Fn(usize, &mut Random) -> Vec<u16>) -> Bench {
     let mut random = Random(seed);
-    let (mut m, _) = build(kind, kind.board(), ConverterSetup::default()).unwrap();
+    let (mut m, ports) = devices::chip(&mut random);
     let period = 50 + u64::from(random.below(5000));
-    let bell = Bell {
+    let of_bell = Bell {
         due: period,
         period,
         asked: Vec::new(),
+        keeps_to_itself: !seed.is_multiple_of(4),
     };
-    let id = m
-        .bus
-        .attach(PORT, 0x1000, Waits { read: 1, write: 2 }, Box::new(bell));
+    let waits = Waits { read: 1, write: 2 };
+    let bell = m.bus.attach(PORT, 0x1000, waits, Box::new(of_bell));
     let equal = random.below(8) != 0;
     m.bus.fabric.set_priorities(if equal { 0 } else { 1 << 4 });
     let near = random.below(2) == 0;
-    for core in 0..2 {
-        let base = GROUPS[core];
-        // Interrupt 3 is exception 19: ldr r0, [r6]; adds r0, #1; str r0, [r6]; bx lr
-        write(&mut m, base + 0x300, &[0x6830, 0x3001, 0x6030, 0x4770]);
-        let handler = base + 0x301;
-        write(
-            &mut m,
-            base + 19 * 4,
-            &[handler as u16, (handler >> 16) as u16],
-        );
-        write(&mut m, base + CODE, &program(&mut random));
-        m.start(
-            core,
-            Start {
-                vector_table: base,
-                stack: base + STACK,
-                address: base + CODE + 1,
-            },
-        );
-        let cpu = m.cpu_mut(core);
-        cpu.system.nvic.enabled[0] |= 1 << 19;
-        let registers = [
-            (4, PORT),
-            (5, SHARED + 4 * random.below(8)),
-            (6, if near { NEAR[core] } else { base + DATA }),
-            (8, GROUPS[1 - core] + DATA),
-            (9, base + CODE),
-            (10, 0xbf00),
-            (11, GROUPS[1 - core] + CODE),
-            (12, [0xbf00, 0x3001][random.below(2) as usize]),
-            (14, base + CODE + 1),
-        ];
-        for (number, value) in registers {
-            cpu.set(Register::core(number), value);
-        }
+    for (core, base) in GROUPS.into_iter().enumerate() {
+        devices::write_handlers(&mut m, base, &mut random);
+        write(&mut m, base + CODE, &program(core, &mut random));
+        start(&mut m, core, near, &mut random);
     }
-    (m, id)
+    Bench {
+        machine: m,
+        bell,
+        ports,
+    }
 }
 
-/// Everything that can be seen of a machine.
-fn state(m: &Machine, id: crate::bus::DeviceId) -> impl PartialEq + std::fmt::Debug {
-    let registers = (0..2).map(|core| {
-        let all: Vec<u32> = Register::all().map(|r| m.cpu(core).get(r)).collect();
-        (m.cycle(core), m.cores[core].instructions, all)
-    });
-    let memory = |base: u32| {
-        let mut bytes = vec![0; 0x100];
-        m.bus.memory.read(base, &mut bytes).unwrap();
-        bytes
+/// Starts a core, with registers that the programs expect, and with interrupts.
+fn start(m: &mut Machine, core: usize, near: bool, random: &mut Random) {
+    let base = GROUPS[core];
+    let start = Start {
+        vector_table: base,
+        stack: base + STACK,
+        address: base + CODE + 1,
     };
-    let asked = m.bus.device::<Bell>(id).unwrap().asked.clone();
-    let places = [GROUPS[0] + DATA, GROUPS[1] + DATA, NEAR[0], NEAR[1], SHARED];
-    let data = places.map(memory);
-    (registers.collect::<Vec<_>>(), data, asked)
+    m.start(core, start);
+    let cpu = m.cpu_mut(core);
+    cpu.system.cpacr = 0xf << 20;
+    (cpu.system.demcr, cpu.system.dwt_control) = (1 << 24, 1);
+    for number in INTERRUPTS.map(|number| FIRST + number) {
+        cpu.system.nvic.enabled[number as usize / 64] |= 1 << (number % 64);
+        cpu.system.nvic.priority[number as usize] = [0, 0x40, 0x80][random.below(3) as usize];
+    }
+    let registers = [
+        (4, PORT),
+        (5, SHARED + 4 * random.below(8)),
+        (6, if near { NEAR[core] } else { base + DATA }),
+        (8, GROUPS[1 - core] + DATA),
+        (9, base + CODE),
+        (10, 0xbf00),
+        (11, GROUPS[1 - core] + CODE),
+        (12, [0xbf00, 0x3001][random.below(2) as usize]),
+        (14, base + CODE + 1),
+    ];
+    for (number, value) in registers {
+        cpu.set(Register::core(number), value);
+    }
+}
+
+impl Bench {
+    /// Everything that can be seen of it but RAM.
+    fn state(&self) -> impl PartialEq + std::fmt::Debug + use<> {
+        let m = &self.machine;
+        let cores = [0, 1].map(|index| {
+            let (core, cpu) = (&m.cores[index], &m.cores[index].cpu);
+            let registers: Vec<u32> = Register::all().map(|r| cpu.get(r)).collect();
+            let (nvic, system) = (&cpu.system.nvic, &cpu.system);
+            let counts = (core.cycle, core.instructions, core.pipe_state());
+            let waits = (cpu.activity, cpu.event, m.bus.exclusives[index]);
+            let exceptions = (
+                nvic.pending,
+                nvic.active,
+                nvic.enabled,
+                nvic.priority.clone(),
+            );
+            let float = (system.fpccr, system.fpcar);
+            (
+                counts,
+                registers,
+                waits,
+                exceptions,
+                system.systick.clone(),
+                float,
+            )
+        });
+        let now = m.now();
+        let fabric = (m.bus.fabric.busy(now), m.bus.fabric.waited);
+        let asked = m.bus.device::<Bell>(self.bell).unwrap().asked.clone();
+        (cores, fabric, asked, devices::heard(m, &self.ports))
+    }
+
+    fn ram(&self) -> Vec<u8> {
+        let mut bytes = vec![0; RAM.1];
+        self.machine.bus.memory.read(RAM.0, &mut bytes).unwrap();
+        bytes
+    }
+}
+
+/// A bench that runs fast, and one that is its judge.
+struct Both {
+    seed: u64,
+    fast: Bench,
+    judge: Bench,
+    of_fast: Exceptions<false>,
+    of_judge: Exceptions<true>,
+}
+
+impl Both {
+    fn ready(seed: u64, program: impl Fn(usize, &mut Random) -> Vec<u16>) -> Self {
+        // Most runs end rarely before their time.
+        let rarely = [u64::MAX, 1 << 20, 16, 3][seed as usize % 4];
+        Self {
+            seed,
+            fast: ready(seed, &program),
+            judge: ready(seed, &program),
+            of_fast: Exceptions::new(rarely),
+            of_judge: Exceptions::new(rarely),
+        }
+    }
+
+    fn random(seed: u64) -> Self {
+        Self::ready(seed, |_, random| programs::program(random))
+    }
+
+    /// Runs both, which must agree; whether they can go on.
+    fn run(&mut self, until: u64) -> bool {
+        (self.of_fast.stops, self.of_judge.stops) = (false, false);
+        let fast = self.fast.machine.run_observed(until, &mut self.of_fast);
+        let judge = self.judge.machine.run_observed(until, &mut self.of_judge);
+        let seed = self.seed;
+        assert_eq!(fast, judge, "seed {seed}, {until}");
+        agree(&self.of_fast.seen, &self.of_judge.seen, seed, until);
+        agree(&self.fast.state(), &self.judge.state(), seed, until);
+        let looks = until.is_multiple_of(8);
+        assert!(
+            !looks || self.fast.ram() == self.judge.ram(),
+            "seed {seed}, {until}: RAM"
+        );
+        fast == Stop::Limit
+    }
+}
+
+/// Says where two differ, if they do.
+fn agree<T: PartialEq + std::fmt::Debug>(fast: &T, judge: &T, seed: u64, until: u64) {
+    if fast != judge {
+        let (fast, judge) = (format!("{fast:?}"), format!("{judge:?}"));
+        let same = fast.bytes().zip(judge.bytes()).take_while(|(a, b)| a == b);
+        let from = same.count().saturating_sub(200);
+        let part = |text: &str| text.chars().skip(from).take(400).collect::<String>();
+        let (fast, judge) = (part(&fast), part(&judge));
+        panic!("seed {seed}, up to {until}:\n{fast}\nand not\n{judge}");
+    }
+}
+
+/// Where a run ends next: a few cycles on, or some thousand.
+fn next(random: &mut Random, until: u64) -> u64 {
+    let most = [40, 400, 4000][random.below(3) as usize];
+    until + 1 + u64::from(random.below(most))
 }
 
 #[test]
 fn random_programs_of_two_cores_agree_with_turns() {
-    let (mut stood, mut back, mut apart, mut translated) = (0, 0, 0, 0);
-    for seed in 1..=60 {
-        let ((mut fast, id), (mut judge, _)) = (
-            ready(BoardKind::Rp2350, seed),
-            ready(BoardKind::Rp2350, seed),
-        );
+    let programs = whippen_need::count("WHIPPEN_PROGRAMS", 60);
+    let (mut stood, mut back, mut apart, mut deeds, mut translated) = (0, 0, 0, 0, 0);
+    let (mut ends, mut exceptions) = (0, 0);
+    for seed in 1..=programs {
+        let mut both = Both::random(seed);
         let mut random = Random(seed * 91);
         let mut until = 0;
         while until < 40_000 {
-            until += 1 + u64::from(random.below(8000));
-            let stops = (fast.run(until), judge.run_observed(until, &mut Watcher));
-            assert_eq!(stops, (Stop::Limit, Stop::Limit), "seed {seed}");
-            assert_eq!(state(&fast, id), state(&judge, id), "seed {seed}, {until}");
+            until = next(&mut random, until);
+            // However long a window is, what comes of it is the same.
+            both.fast.machine.apart.window = 1 << random.below(13);
+            if !both.run(until) {
+                ends += 1;
+                break;
+            }
         }
+        let fast = &both.fast.machine;
         stood += fast.apart.stood;
         back += fast.apart.back;
         apart += fast.apart.cycles;
-        translated += count_translated(&fast, RunMode::Apart);
-        assert_eq!(judge.apart.stood, 0);
+        deeds += fast.apart.deeds;
+        exceptions += both.of_fast.seen.len();
+        translated += count_translated(fast, RunMode::Apart);
+        assert_eq!(both.judge.machine.apart.stood, 0);
     }
     // All ways were gone: windows that stand, those that are taken back, and most of the time.
     assert!(
         stood > 1000 && back > 100,
         "{stood} windows, {back} taken back"
     );
-    assert!(apart > 60 * 40_000 / 8, "{apart} cycles apart");
+    assert!(deeds > 1000, "{deeds} deeds");
+    assert!(apart > programs * 40_000 / 8, "{apart} cycles apart");
+    assert!(ends < programs / 4, "{ends} programs ended");
+    assert!(exceptions > 1000, "{exceptions} exceptions");
     if cfg!(any(target_arch = "x86_64", target_arch = "aarch64")) {
         assert!(translated > 100, "{translated} units");
     }
@@ -333,20 +351,18 @@ fn count_translated(m: &Machine, mode: RunMode) -> usize {
 fn random_programs_of_one_core_agree_with_single_steps() {
     let (mut links, mut longest, mut translated) = (0, 0, 0);
     for seed in 1..=60 {
-        let ((mut fast, id), (mut judge, _)) = (
-            ready(BoardKind::Rp2350, seed),
-            ready(BoardKind::Rp2350, seed),
-        );
-        fast.halt(1);
-        judge.halt(1);
+        let mut both = Both::random(seed);
+        both.fast.machine.halt(1);
+        both.judge.machine.halt(1);
         let mut random = Random(seed * 57);
         let mut until = 0;
         while until < 40_000 {
-            until += 1 + u64::from(random.below(4000));
-            let stops = (fast.run(until), judge.run_observed(until, &mut Watcher));
-            assert_eq!(stops, (Stop::Limit, Stop::Limit), "seed {seed}");
-            assert_eq!(state(&fast, id), state(&judge, id), "seed {seed}, {until}");
-            translated += count_translated(&fast, RunMode::Alone);
+            until = next(&mut random, until);
+            if !both.run(until) {
+                break;
+            }
+            let fast = &mut both.fast.machine;
+            translated += count_translated(fast, RunMode::Alone);
             let core = &mut fast.cores[0];
             links += core.code.blocks.iter().filter(|b| b.is_linked()).count();
             match random.below(4) {
@@ -367,5 +383,22 @@ fn random_programs_of_one_core_agree_with_single_steps() {
     );
     if cfg!(any(target_arch = "x86_64", target_arch = "aarch64")) {
         assert!(translated > 100, "{translated} units");
+    }
+}
+
+/// A core sets its SysTick, after more and more instructions, in a window that ends before that is
+/// due.
+#[test]
+fn a_timer_that_a_window_sets_is_due_in_the_next_one() {
+    for nops in 0..40 {
+        let program = |core: usize, _: &mut Random| {
+            let sets = [vec![0xbf00; nops], devices::set_timer(150)].concat();
+            let stays = vec![0xe7fe];
+            [if core == 0 { sets } else { Vec::new() }, stays].concat()
+        };
+        let mut both = Both::ready(4, program);
+        assert!(both.run(3000), "{nops}");
+        let timer = both.of_fast.seen.iter().filter(|seen| seen.2 == 15);
+        assert!(timer.count() > 20, "{nops}");
     }
 }

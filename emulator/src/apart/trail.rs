@@ -13,7 +13,8 @@ pub(crate) struct Trail {
     pub(super) ports: u32,
     /// The instruction of the stretch that runs.
     pub(super) op: u8,
-    /// Accesses: instruction of the stretch, and port.
+    /// Accesses: instruction of the stretch, and port. Translated code leaves out those that are an
+    /// instruction's only one.
     pub(crate) accesses: Log<[u8; 2]>,
     pub(crate) replaced: Log<Replaced>,
     pub(crate) stretches: Log<Stretch>,
@@ -63,8 +64,29 @@ pub(crate) struct Stretch {
     pub outcomes: u64,
     pub pipe: u16,
     pub cycle: u64,
-    /// How many accesses there were.
+    /// How many accesses there were, and the ports that were used.
     pub accesses: usize,
+    pub ports: u32,
+}
+
+/// How much was noted before a stretch.
+#[derive(Clone, Copy, Default)]
+#[repr(C)]
+pub(crate) struct Before {
+    pub replaced: usize,
+    pub accesses: usize,
+    pub ports: u32,
+}
+
+impl Before {
+    #[inline(always)]
+    pub fn of(trail: &Trail) -> Self {
+        Self {
+            replaced: trail.replaced.len(),
+            accesses: trail.accesses.len(),
+            ports: trail.ports,
+        }
+    }
 }
 
 impl Trail {
@@ -99,7 +121,10 @@ impl Bus {
         if !self.apart || !address.is_multiple_of(size) {
             return None;
         }
-        let (value, port) = self.memory.read_apart(address, size)?;
+        let Some((value, port)) = self.memory.read_apart(address, size) else {
+            self.refused = Some(address);
+            return None;
+        };
         self.trail.note(port);
         Some(value)
     }
@@ -109,7 +134,10 @@ impl Bus {
         if !self.apart || !address.is_multiple_of(size) {
             return None;
         }
-        let (mut replaced, port) = self.memory.write_apart(address, size, value)?;
+        let Some((mut replaced, port)) = self.memory.write_apart(address, size, value) else {
+            self.refused = Some(address);
+            return None;
+        };
         replaced.op = self.trail.op;
         self.trail.note(port);
         self.trail.replaced.push(replaced);

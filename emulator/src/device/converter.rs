@@ -328,6 +328,10 @@ impl Device for Converter {
         Ok(())
     }
 
+    fn keeps_to_itself(&self, offset: u32, _: bool) -> bool {
+        (alias::plain(offset) & !3) <= 0x3c
+    }
+
     fn due(&self) -> u64 {
         let runs = self.control & ENABLE != 0 && self.ticks_in_seconds() != 0;
         if runs {

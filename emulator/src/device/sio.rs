@@ -141,6 +141,13 @@ impl Sio {
 }
 
 impl Device for Sio {
+    fn keeps_to_itself(&self, offset: u32, write: bool) -> bool {
+        matches!(
+            (offset & !3, write),
+            (0x50 | 0x100..0x180, _) | (0x54, true) | (0x58, false)
+        )
+    }
+
     fn read(&mut self, access: Access, bus: &mut Bus) -> Result<u32, BusError> {
         // Another bus manager than a core (a DMA) cannot reach SIO.
         let core = Some(access.core).filter(|c| *c < CORES).ok_or(BusError)?;

@@ -194,6 +194,10 @@ impl Device for Timer {
         Ok(())
     }
 
+    fn keeps_to_itself(&self, offset: u32, write: bool) -> bool {
+        matches!((alias::plain(offset) & !3, write), (0x24 | 0x28, false))
+    }
+
     fn due(&self) -> u64 {
         let next = self
             .armed

@@ -231,6 +231,11 @@ impl Device for Uart {
         Ok(())
     }
 
+    fn keeps_to_itself(&self, offset: u32, write: bool) -> bool {
+        let at = alias::plain(offset) & !3;
+        self.usart.is_none() && (at == 0 || at == 0x18 && !write)
+    }
+
     fn due(&self) -> u64 {
         let sent = if self.sending.is_empty() || !self.enabled(0x100) {
             u64::MAX

@@ -76,6 +76,21 @@ impl Memory {
         1_u32.checked_shl(port.into()).unwrap_or(0)
     }
 
+    /// All ports of the page of an address, a bit each.
+    pub(crate) fn page_ports(&self, address: u32) -> u32 {
+        let page = self.all[page_of(address)].wrapping_sub(1) as usize;
+        let stripe = self.stripes.get(page).copied().unwrap_or(Stripe::NONE);
+        let ports = (2_u32 << stripe.mask).wrapping_sub(1);
+        ports.checked_shl(stripe.first.into()).unwrap_or(0)
+    }
+
+    /// Whether a store to the page of an address may be one to code.
+    pub(crate) fn is_beside_code(&self, address: u32) -> bool {
+        let page = self.find(address).ok();
+        let about = page.map(|(page, _)| &self.about[page]);
+        about.is_some_and(|about| about.code.is_some() && self.regions[about.region].writable)
+    }
+
     /// For translated code of a core that runs apart: as [`Memory::places`], and of each page the
     /// port of its first word and a mask of word numbers, a byte each.
     pub(crate) fn places_apart(&mut self) -> (*const u32, *const u32, *mut u8, *const u8) {

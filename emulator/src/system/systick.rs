@@ -4,7 +4,7 @@
 //! its reload value.
 
 /// The timer.
-#[derive(Clone, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct SysTick {
     /// CSR bits 0 to 2.
     control: u32,

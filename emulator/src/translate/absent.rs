@@ -1,5 +1,6 @@
 //! No translation: Cranelift does not know this computer, so all blocks are interpreted.
 
+use crate::apart::Before;
 use crate::block::Block;
 use crate::bus::Bus;
 use crate::cpu::Cpu;
@@ -23,8 +24,7 @@ pub(crate) struct Time {
     pub left: u64,
     pub instructions: u64,
     pub end: u64,
-    pub accesses_before: usize,
-    pub replaced_before: usize,
+    pub before: Before,
 }
 
 impl Time {
@@ -33,8 +33,7 @@ impl Time {
             left,
             instructions,
             end: 0,
-            accesses_before: 0,
-            replaced_before: 0,
+            before: Before::default(),
         }
     }
 }

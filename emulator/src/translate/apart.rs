@@ -5,7 +5,7 @@ use super::emitter::{At, Emitter};
 use super::kept::fixed;
 use super::memory::{PagePlace, plain};
 use super::unit::{Time, Way};
-use crate::apart::{Stretch, Trail};
+use crate::apart::{Before, Stretch, Trail};
 use crate::bus::Bus;
 use crate::core::Run;
 use crate::memory::Replaced;
@@ -47,18 +47,34 @@ impl Emitter<'_, '_> {
     /// A block begins.
     pub fn begin_apart(&mut self) {
         for (of, offset) in [
-            (ACCESSES, offset_of!(Time, accesses_before)),
-            (REPLACED, offset_of!(Time, replaced_before)),
+            (ACCESSES, offset_of!(Before, accesses)),
+            (REPLACED, offset_of!(Before, replaced)),
         ] {
             let len = self.of_bus(I64, of);
-            self.f.ins().store(fixed(), len, self.time, offset as i32);
+            self.put_before(len, offset);
         }
+        let ports = self.of_bus(I32, PORTS);
+        self.put_before(ports, offset_of!(Before, ports));
         let own = self.unit.blocks[self.node.block].ports;
-        if own != 0 {
-            let ports = self.of_bus(I32, PORTS);
-            let ports = self.f.ins().bor_imm_u(ports, i64::from(own));
-            self.f.ins().store(fixed(), ports, self.bus, PORTS);
-        }
+        let ports = self.f.ins().bor_imm_u(ports, i64::from(own));
+        self.f.def_var(self.ports, ports);
+    }
+
+    fn put_before(&mut self, value: Value, offset: usize) {
+        let offset = (offset_of!(Time, before) + offset) as i32;
+        self.f.ins().store(fixed(), value, self.time, offset);
+    }
+
+    /// Reads the ports that the interpreter added to.
+    pub fn read_ports(&mut self) {
+        let ports = self.of_bus(I32, PORTS);
+        self.f.def_var(self.ports, ports);
+    }
+
+    /// Writes the ports that were used.
+    pub fn write_ports(&mut self) {
+        let ports = self.f.use_var(self.ports);
+        self.f.ins().store(fixed(), ports, self.bus, PORTS);
     }
 
     /// Notes the block that ran; whether there is room for what the next one may note.
@@ -69,12 +85,16 @@ impl Emitter<'_, '_> {
         let to = self.f.ins().iadd(room, to);
         let end = self.of_time(offset_of!(Time, end));
         let cycle = self.f.ins().isub(end, left);
-        let accesses = self.of_time(offset_of!(Time, accesses_before));
+        let accesses = self.of_time(offset_of!(Time, before) + offset_of!(Before, accesses));
+        let ports = (offset_of!(Time, before) + offset_of!(Before, ports)) as i32;
+        let ports = self.f.ins().load(I32, fixed(), self.time, ports);
+        self.write_ports();
         let mut put = |value: Value, offset: usize| {
             self.f.ins().store(plain(), value, to, offset as i32);
         };
         put(cycle, offset_of!(Stretch, cycle));
         put(accesses, offset_of!(Stretch, accesses));
+        put(ports, offset_of!(Stretch, ports));
         let run = |offset: usize| offset_of!(Stretch, run) + offset;
         for (of, value, offset) in [
             (I64, way.outcomes, offset_of!(Stretch, outcomes)),
@@ -124,17 +144,15 @@ impl Emitter<'_, '_> {
         self.f.ins().store(fixed(), len, self.bus, REPLACED);
     }
 
-    /// Notes the accesses of an instruction, one a word, where the core runs apart.
+    /// Notes the accesses of an instruction, one a word, where the core runs apart: the ports, and
+    /// of several which one came when.
     pub fn note(&mut self, at: &At, address: Value, words: u32, place: PagePlace) {
         let Some(PagePorts { first, mask, .. }) = place.ports else {
             return;
         };
-        let room = self.of_time(offset_of!(Time, accesses));
-        let len = self.of_bus(I64, ACCESSES);
-        let mut ports = self.of_bus(I32, PORTS);
-        let to = self.f.ins().ishl_imm_u(len, 1);
-        let to = self.f.ins().iadd(room, to);
+        let mut ports = self.f.use_var(self.ports);
         let number = self.f.ins().ushr_imm_u(address, 2);
+        let mut entries = Vec::new();
         for word in 0..words {
             let number = self.f.ins().iadd_imm_u(number, i64::from(word));
             let number = self.f.ins().band(number, mask);
@@ -142,12 +160,25 @@ impl Emitter<'_, '_> {
             let one = self.constant(1);
             let bit = self.f.ins().ishl(one, port);
             ports = self.f.ins().bor(ports, bit);
-            let port = self.f.ins().ishl_imm_u(port, 8);
+            entries.push(port);
+        }
+        self.f.def_var(self.ports, ports);
+        if words > 1 {
+            self.note_each(at, &entries);
+        }
+    }
+
+    fn note_each(&mut self, at: &At, ports: &[Value]) {
+        let room = self.of_time(offset_of!(Time, accesses));
+        let len = self.of_bus(I64, ACCESSES);
+        let to = self.f.ins().ishl_imm_u(len, 1);
+        let to = self.f.ins().iadd(room, to);
+        for (word, port) in ports.iter().enumerate() {
+            let port = self.f.ins().ishl_imm_u(*port, 8);
             let access = self.f.ins().bor_imm_u(port, at.index as i64);
             self.f.ins().istore16(plain(), access, to, 2 * word as i32);
         }
-        self.f.ins().store(fixed(), ports, self.bus, PORTS);
-        let len = self.f.ins().iadd_imm_u(len, i64::from(words));
+        let len = self.f.ins().iadd_imm_u(len, ports.len() as i64);
         self.f.ins().store(fixed(), len, self.bus, ACCESSES);
     }
 }

@@ -43,6 +43,8 @@ pub(super) struct Emitter<'f, 'b> {
     pub pages: Value,
     pub time: Value,
     pub variables: [Variable; KEPT],
+    /// The ports that a core that runs apart has used.
+    pub ports: Variable,
     pub node: Node,
     pub unit: Unit<'b, Block>,
     helpers: Helpers,
@@ -62,6 +64,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
         f.seal_block(entry);
         let parameters: Vec<Value> = f.block_params(entry).to_vec();
         let variables = std::array::from_fn(|slot| f.declare_var(place(slot).1));
+        let ports = f.declare_var(I32);
         let call = f.func.signature.call_conv;
         let helper = f.import_signature(signature(Signature::new(call), 3));
         let mut emitter = Self {
@@ -81,6 +84,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
             pages: parameters[4],
             time: parameters[5],
             variables,
+            ports,
             node: Node { block: 0, pipe: 0 },
             unit: Unit::new(blocks, mode),
             helpers,
@@ -202,6 +206,7 @@ impl<'f, 'b> Emitter<'f, 'b> {
             let offset = offset_of!(Bus, trail) + crate::apart::Trail::OP;
             let number = self.f.ins().iconst(I8, index as i64);
             self.f.ins().store(fixed(), number, self.bus, offset as i32);
+            self.write_ports();
         }
         let helper = match body {
             false => self.helpers.run,
@@ -211,6 +216,9 @@ impl<'f, 'b> Emitter<'f, 'b> {
         let op = self.f.ins().iconst(I64, op as *const Op as i64);
         let called = [self.cpu, self.bus, op];
         let call = self.f.ins().call_indirect(self.helper, helper, &called);
+        if self.mode == RunMode::Apart {
+            self.read_ports();
+        }
         self.f.inst_results(call)[0]
     }
 

@@ -133,6 +133,9 @@ impl Emitter<'_, '_> {
         let kept = self.kept;
         self.flush(u32::MAX);
         self.kept = kept;
+        if self.mode == RunMode::Apart {
+            self.write_ports();
+        }
         self.f.ins().return_(&[ended]);
     }
 }

@@ -9,7 +9,7 @@
 //! is known, as `Core::follow` does; what is not known leaves the code.
 
 use super::RunMode;
-use crate::apart::Stretch;
+use crate::apart::{Before, Stretch};
 use crate::block::Block;
 use crate::memo::Link;
 use crate::memory::Replaced;
@@ -29,7 +29,7 @@ pub(crate) struct Time {
     pub instructions: u64,
     /// The rest is for a core that runs apart. The cycle of the horizon.
     pub end: u64,
-    /// PagePorts of pages.
+    /// Ports of pages.
     pub stripes: *const u8,
     /// Where accesses, stores and stretches are noted.
     pub accesses: *mut [u8; 2],
@@ -38,9 +38,8 @@ pub(crate) struct Time {
     /// How many accesses and stretches there may be when a block begins.
     pub accesses_max: usize,
     pub stretches_max: usize,
-    /// How many accesses and stores there were when the last block began.
-    pub accesses_before: usize,
-    pub replaced_before: usize,
+    /// What was noted when the last block began.
+    pub before: Before,
 }
 
 /// No horizon is so far away.
@@ -58,8 +57,7 @@ impl Time {
             stretches: std::ptr::null_mut(),
             accesses_max: 0,
             stretches_max: 0,
-            accesses_before: 0,
-            replaced_before: 0,
+            before: Before::default(),
         }
     }
 }

@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use whippen_emulator::elf::{Elf, vector_table};
-use whippen_emulator::{BoardKind, Converter, ConverterSetup, Machine, Ports, Stop, Uart, build};
+use whippen_emulator::{
+    BoardKind, Converter, ConverterSetup, Machine, Observer, Ports, Register, Step, Stop, Uart,
+    build,
+};
 
 /// Cycles after which a program is lost.
 const CYCLES_MAX: u64 = 20_000_000;
@@ -186,6 +189,69 @@ fn the_watchdog_bites_on_time() {
             "on {}: {us} us",
             kind.name()
         );
+    }
+}
+
+/// Nothing runs apart or by blocks while it looks.
+struct Watcher;
+
+impl Observer for Watcher {
+    fn instruction(&mut self, _: &Step<'_>) {}
+}
+
+/// What can be seen of a machine's cores, and what it has sent.
+fn state(machine: &Machine, ports: &Ports) -> impl PartialEq + std::fmt::Debug + use<> {
+    let cores = [0, 1].map(|core| {
+        let registers = Register::all().map(|register| machine.cpu(core).get(register));
+        (machine.cycle(core), registers.collect::<Vec<_>>())
+    });
+    let counts = (machine.instructions(), machine.waited_cycles());
+    (cores, counts, printed(machine, ports))
+}
+
+fn ram(machine: &Machine) -> Vec<u8> {
+    let mut bytes = vec![0; 256 << 10];
+    let memory = &machine.bus.memory;
+    memory.read(0x2000_0000, &mut bytes).expect("RAM");
+    bytes
+}
+
+/// Each program, stopped every now and then, is where it is when its cores take turns.
+#[test]
+fn programs_are_where_they_are_by_turns() {
+    if !compiler_present() {
+        return;
+    }
+    for program in ["alarm", "cores", "dma", "pins", "converter", "dog"] {
+        for kind in RASPBERRY {
+            let (mut fast, ports) = machine(kind, program);
+            let (mut judge, _) = machine(kind, program);
+            for machine in [&mut fast, &mut judge] {
+                let converter: Option<&mut Converter> = machine.bus.device_mut(ports.converter);
+                let samples = &mut converter.expect("a converter").samples;
+                samples.extend((0..400).map(|word| word * 131));
+            }
+            let (mut noise, mut until) = (9_u64, 0);
+            loop {
+                noise = noise
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                until += 1 + (noise >> 33) % [60, 900, 12_000][(noise >> 31) as usize % 3];
+                let stops = (fast.run(until), judge.run_observed(until, &mut Watcher));
+                let what = format!("{program} on {}, up to {until}", kind.name());
+                assert_eq!(stops.0, stops.1, "{what}");
+                assert_eq!(state(&fast, &ports), state(&judge, &ports), "{what}");
+                if stops.0 != Stop::Limit || until > CYCLES_MAX {
+                    assert!(until < CYCLES_MAX, "{what}");
+                    break;
+                }
+            }
+            assert!(
+                ram(&fast) == ram(&judge),
+                "{program} on {}: RAM",
+                kind.name()
+            );
+        }
     }
 }
 
