@@ -232,7 +232,7 @@ mod tests {
     /// A literal has no base: it is not by R0.
     #[test]
     fn a_literal_is_beside_the_code() {
-        let texts = ["ldr r3, [pc]", "ldr r1, [r0]"];
+        let texts = ["ldr r3, [pc, #0]", "ldr r1, [r0]"];
         assert!(pipelines(texts, &[(0, 0x100)], &[]));
         assert!(!pipelines(texts, &[(0, 0x1000_0100)], &[]));
         assert!(!pipelines(texts, &[], &[]));
