@@ -262,6 +262,9 @@ fn declared(model: &Model, node: NodeId) -> Option<(&str, f64, Span)> {
         Node::Live(l) => {
             Some(&model.lives[*l as usize]).map(|l| (l.name.as_str(), l.range.magnitude(), l.span))
         }
+        Node::Keyed(k) => {
+            Some(&model.keyed[*k as usize]).map(|k| (k.name.as_str(), k.range.magnitude(), k.span))
+        }
         Node::Cell(c) => {
             Some(&model.cells[c]).map(|c| (c.name.as_str(), c.range.magnitude(), c.span))
         }

@@ -121,10 +121,20 @@ fn values_that_cannot_be_bounded() {
     }
     let string = STRING.replace("1 N * tanh", "-1 N * tanh");
     all.push(messages("a law of a string that pushes", own(&string)));
-    let per_key = "live param w = 1 in -5 .. 5 let a = 1 / w";
     let keyboard = "keyboard b { rate 1 kHz keys C4 .. E4 programs i i.w = { C4: 1, E4: 3 } }";
-    let text = format!("{keyboard}\n{}", own(per_key));
-    all.push(messages("a parameter per key as a divisor", text));
+    let per_key = [
+        (
+            "a parameter per key as a divisor",
+            "live param w = 1 in -5 .. 5 let a = 1 / w",
+        ),
+        (
+            "a value of a parameter per key",
+            "live param v = 1 in 0 .. 1e6 live param w = 1 in 0 .. 1e10\nlet y = v * w",
+        ),
+    ];
+    for (name, body) in per_key {
+        all.push(messages(name, format!("{keyboard}\n{}", own(body))));
+    }
     let term =
         "term t(a: number) -> b: number { b = 1 / a }\nterm s(a: number) -> b: number { b = t(a) }";
     let text = format!("{term}\n{}", own("let a = s(x / 1 mm)"));
