@@ -221,7 +221,7 @@ fn load_of<T: Datum>(inst: &Inst) -> Run {
 fn load_to<T: Datum, const TO: u8>(inst: &Inst) -> Run {
     match (inst.index, inst.wback) {
         _ if inst.uses().contains(RegSet::core(15)) => load::<T, Literal, TO>,
-        _ if has_index(inst) => load::<T, RegisterOffset, TO>,
+        _ if inst.is_by_register() => load::<T, RegisterOffset, TO>,
         (true, false) => load::<T, Offset, TO>,
         (true, true) => load::<T, PreIndexed, TO>,
         (false, _) => load::<T, PostIndexed, TO>,
@@ -230,13 +230,9 @@ fn load_to<T: Datum, const TO: u8>(inst: &Inst) -> Run {
 
 fn store_of<T: Datum>(inst: &Inst) -> Run {
     match (inst.index, inst.wback) {
-        _ if has_index(inst) => store::<T, RegisterOffset>,
+        _ if inst.is_by_register() => store::<T, RegisterOffset>,
         (true, false) => store::<T, Offset>,
         (true, true) => store::<T, PreIndexed>,
         (false, _) => store::<T, PostIndexed>,
     }
-}
-
-fn has_index(inst: &Inst) -> bool {
-    inst.is_by_register()
 }

@@ -27,6 +27,11 @@ fn at(address: u32, then: &str) -> Vec<u16> {
     assemble(&format!("movw r3, #{low}; movt r3, #{high}; {then}"))
 }
 
+/// One of some texts, with R3 as that address.
+fn one_of(random: &mut Random, address: u32, texts: &[&str]) -> Vec<u16> {
+    at(address, texts[random.below(texts.len() as u32) as usize])
+}
+
 const SIO: u32 = 0xd000_0000;
 const UART: u32 = 0x4007_0000;
 const TIMER: u32 = 0x400b_0000;
@@ -46,10 +51,7 @@ pub fn access(random: &mut Random) -> Vec<u16> {
             SIO,
             &format!("str r0, [r3, #{}]", 0x100 + 4 * random.below(2)),
         ),
-        4 => at(
-            SIO,
-            ["str r1, [r3, #40]", "ldr r0, [r3, #4]"][random.below(2) as usize],
-        ),
+        4 => one_of(random, SIO, &["str r1, [r3, #40]", "ldr r0, [r3, #4]"]),
         5 | 6 => uart(random),
         7 | 8 => timer(random),
         9..=11 => converter(random),
@@ -62,32 +64,38 @@ pub fn access(random: &mut Random) -> Vec<u16> {
 
 /// FIFOs and doorbells.
 fn mailbox(random: &mut Random) -> Vec<u16> {
-    let texts = [
-        "str r1, [r3, #84]",
-        "str r1, [r3, #84]; str r1, [r3, #84]",
-        "ldr r0, [r3, #88]",
-        "ldr r0, [r3, #80]",
-        "str r1, [r3, #80]",
-        "ldr r0, [r3, #0]",
-        "movs r0, #1; str r0, [r3, #384]",
-        "movs r0, #3; str r0, [r3, #388]",
-        "movs r0, #1; str r0, [r3, #392]",
-        "movs r0, #3; str r0, [r3, #396]",
-    ];
-    at(SIO, texts[random.below(10) as usize])
+    one_of(
+        random,
+        SIO,
+        &[
+            "str r1, [r3, #84]",
+            "str r1, [r3, #84]; str r1, [r3, #84]",
+            "ldr r0, [r3, #88]",
+            "ldr r0, [r3, #80]",
+            "str r1, [r3, #80]",
+            "ldr r0, [r3, #0]",
+            "movs r0, #1; str r0, [r3, #384]",
+            "movs r0, #3; str r0, [r3, #388]",
+            "movs r0, #1; str r0, [r3, #392]",
+            "movs r0, #3; str r0, [r3, #396]",
+        ],
+    )
 }
 
 fn uart(random: &mut Random) -> Vec<u16> {
-    let texts = [
-        "str r1, [r3, #0]",
-        "strb r1, [r3, #0]",
-        "ldr r0, [r3, #0]",
-        "ldr r0, [r3, #24]",
-        "ldrb r0, [r3, #24]",
-        "movs r0, #48; str r0, [r3, #56]",
-        "movs r0, #16; str r0, [r3, #56]",
-    ];
-    at(UART, texts[random.below(7) as usize])
+    one_of(
+        random,
+        UART,
+        &[
+            "str r1, [r3, #0]",
+            "strb r1, [r3, #0]",
+            "ldr r0, [r3, #0]",
+            "ldr r0, [r3, #24]",
+            "ldrb r0, [r3, #24]",
+            "movs r0, #48; str r0, [r3, #56]",
+            "movs r0, #16; str r0, [r3, #56]",
+        ],
+    )
 }
 
 /// A reading, or an alarm in some microseconds.
@@ -105,18 +113,21 @@ fn timer(random: &mut Random) -> Vec<u16> {
 }
 
 fn converter(random: &mut Random) -> Vec<u16> {
-    let texts = [
-        "movs r0, #1; str r0, [r3, #4]",
-        "ldr r0, [r3, #4]",
-        "str r1, [r3, #52]; str r1, [r3, #56]",
-        "ldr r0, [r3, #28]",
-        "ldr r0, [r3, #32]",
-        "movw r0, #771; str r0, [r3, #0]",
-        "movw r0, #257; str r0, [r3, #0]",
-        "movw r0, #513; str r0, [r3, #0]",
-        "movs r0, #0; str r0, [r3, #0]",
-    ];
-    at(CONVERTER, texts[random.below(9) as usize])
+    one_of(
+        random,
+        CONVERTER,
+        &[
+            "movs r0, #1; str r0, [r3, #4]",
+            "ldr r0, [r3, #4]",
+            "str r1, [r3, #52]; str r1, [r3, #56]",
+            "ldr r0, [r3, #28]",
+            "ldr r0, [r3, #32]",
+            "movw r0, #771; str r0, [r3, #0]",
+            "movw r0, #257; str r0, [r3, #0]",
+            "movw r0, #513; str r0, [r3, #0]",
+            "movs r0, #0; str r0, [r3, #0]",
+        ],
+    )
 }
 
 /// A copy of some words from the core's own data to shared ones, or to the other's data, or of
