@@ -13,6 +13,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
+use std::sync::Arc;
 use whippen_rate::Rate;
 
 use whippen_audit::Certificate;
@@ -20,6 +21,7 @@ use whippen_board::Board;
 use whippen_budget::{
     Bounded, Budget, NotBounded, NotCertified, Program as Bytes, certificate, cores,
 };
+use whippen_deterministic::Memo;
 use whippen_firmware::{FirmwareImage, InParts, Instrument, Setup};
 use whippen_kernel::{self as kernel, Kernel, without_probes};
 use whippen_keyboard::{Layout, ProgramId};
@@ -214,8 +216,23 @@ pub fn specialize(
     Ok(modes)
 }
 
+/// Kernels whose modes are kept.
+static MODES: Memo<Arc<Modes>> = Memo::new(24);
+
 /// The verified modes of a Kernel, of a whole one or of a part.
 fn modes_of(kernel: &Kernel, instructions: usize) -> Result<Modes, CompileError> {
+    let of_any_values = kernel.for_any_values();
+    let origin = (&of_any_values, instructions);
+    let made = MODES.get_or_make(&origin, || {
+        new_modes_of(&of_any_values, instructions).map(Arc::new)
+    })?;
+    Ok(Modes {
+        kernel: kernel.clone(),
+        ..Arc::unwrap_or_clone(made)
+    })
+}
+
+fn new_modes_of(kernel: &Kernel, instructions: usize) -> Result<Modes, CompileError> {
     let mut modes = modes::specialize(kernel, instructions);
     if modes::verify::verify(&modes).is_err() {
         modes::verify::widen(&mut modes);
@@ -371,6 +388,28 @@ mod tests {
         map.add("test.whip", text);
         let (program, diagnostics) = front(&mut map, &Options::default());
         program.unwrap_or_else(|| panic!("{diagnostics:#?}"))
+    }
+
+    /// Whatever its live values and its constants per key are at first, and whatever was asked
+    /// before.
+    #[test]
+    fn modes_that_are_kept_are_those_that_would_be_made() {
+        for (name, text) in INSTRUMENTS {
+            for model in program(text).instruments {
+                let compiled = compile(model, MIKEY, false).unwrap_or_else(|e| panic!("{e:?}"));
+                let mut kernel = without_probes(&compiled.lowered.kernel);
+                let anew = |kernel: &Kernel| new_modes_of(kernel, 600).expect("no defect");
+                let of_this = anew(&kernel);
+                let found = modes_of(&kernel, 600).expect("no defect");
+                assert_eq!(found, of_this, "{name}");
+                for live in &mut kernel.lives {
+                    live.init = live.range.high as i32;
+                }
+                let found = modes_of(&kernel, 600).expect("no defect");
+                assert_eq!(found.modes, of_this.modes, "{name}");
+                assert_eq!(found, anew(&kernel), "{name}");
+            }
+        }
     }
 
     #[test]

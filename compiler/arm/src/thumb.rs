@@ -76,7 +76,7 @@ mod wave;
 use crate::features::Features;
 use crate::image::{Object, Section, SectionKind, timing};
 use block_layout::OffPath;
-use code_cache::CodeCache;
+use code_cache::{CodeCache, ModesOrigin};
 use compile::Compiler;
 use emit::assemble;
 use func::Allocated;
@@ -85,11 +85,12 @@ use memory::Memory;
 use minst::Access;
 use object::assemble_object;
 use program::write_program;
-use search::Chosen;
+use search::{Chosen, CompiledModes};
 use select::WORDS_OUT;
 use state_layout::LITERALS_MAX;
 use std::borrow::Cow;
 use std::fmt;
+use std::sync::Arc;
 use tick_invariant::TickInvariants;
 use whippen_ids::IdMap;
 use whippen_isa::Arch;
@@ -102,7 +103,7 @@ pub use state_layout::{EVENT_MARK, EventRing, LineSlots, StateLayout};
 pub use tick_invariant::{SharedValues, shared_values};
 
 /// What to build.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Hash)]
 pub struct Options {
     /// Prefix of all symbols.
     pub name: String,
@@ -224,11 +225,11 @@ impl Built {
 /// # Errors
 /// Too many keys or modes; a bug.
 pub fn compile(modes: &Modes, options: &Options) -> Result<Built, ThumbError> {
-    build(modes, options, None)
+    build(modes, options, None, CodeCache::of_process())
 }
 
 /// What a firmware's frame asks of the keys' code.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TickAbi {
     /// Bytes from a sensor word to the drive word of the same key.
     pub drive_offset: u32,
@@ -252,7 +253,7 @@ pub fn compile_for_frame(
     options: &Options,
     abi: &TickAbi,
 ) -> Result<Built, ThumbError> {
-    build(modes, options, Some(abi))
+    build(modes, options, Some(abi), CodeCache::of_process())
 }
 
 /// Registers that point into known memory while keys are ticked; they go on in steps, by constants.
@@ -296,14 +297,21 @@ struct Parts<'m> {
     made: CompiledCode,
 }
 
-fn build(modes: &Modes, options: &Options, abi: Option<&TickAbi>) -> Result<Built, ThumbError> {
-    let cache = CodeCache::of_process();
-    build_object(compile_parts(modes, options, abi, cache)?, options)
+fn build(
+    modes: &Modes,
+    options: &Options,
+    abi: Option<&TickAbi>,
+    cache: &CodeCache,
+) -> Result<Built, ThumbError> {
+    let built = cache.built(&(modes, options, abi), || {
+        build_object(compile_parts(modes, options, abi, cache)?, options)
+    });
+    built.map(Arc::unwrap_or_clone)
 }
 
 /// All code with registers.
 fn compile_parts<'m>(
-    modes: &'m Modes,
+    own: &'m Modes,
     options: &Options,
     abi: Option<&TickAbi>,
     cache: &CodeCache,
@@ -311,39 +319,54 @@ fn compile_parts<'m>(
     if options.keys == 0 || options.keys > 1 << 16 {
         return Err(ThumbError::Keys(options.keys));
     }
-    if modes.modes.len() + modes.kernel.tables.len() > LITERALS_MAX / 2 {
-        return Err(ThumbError::Modes(modes.modes.len()));
+    if own.modes.len() + own.kernel.tables.len() > LITERALS_MAX / 2 {
+        return Err(ThumbError::Modes(own.modes.len()));
     }
-    let (modes, shared) = match abi {
-        Some(TickAbi { shares: false, .. }) => (Cow::Borrowed(modes), TickInvariants::default()),
-        _ => tick_invariant::hoist_invariants(modes),
+    let shares = abi.is_none_or(|abi| abi.shares);
+    let (modes, shared) = match shares {
+        false => (Cow::Borrowed(own), TickInvariants::default()),
+        true => tick_invariant::hoist_invariants(own),
     };
     let kernel = &modes.kernel;
     let mut layout = StateLayout::new(kernel, options, abi, shared.results.len());
-    let mut literals = Literals::new(modes.modes.len() + kernel.tables.len());
     let core = timing(options.arch);
     let shared_ranges = shared.ranges(kernel);
-    let (near, short) = layout
-        .without_distance(Features::of(core.arch))
-        .unwrap_or_else(|| (layout.clone(), 0));
-    let compiler = Compiler {
-        modes: &modes,
-        layout: &near,
+    let (of_any, short) = layout.for_any_keys(kernel, Features::of(core.arch));
+    let of_any_values = kernel.for_any_values();
+    let of_modes = Compiler {
+        kernel: &of_any_values,
+        modes: &modes.modes,
+        layout: &of_any,
         shared: &shared_ranges,
         core: &core,
         cache,
     };
-    let compiled = search::compile_modes(&compiler, &mut literals)?;
-    let mut made = CompiledCode {
-        modes: compiled.code,
-        chosen: compiled.chosen,
+    let origin = ModesOrigin {
+        kernel: &of_any_values,
+        modes: &own.modes,
+        layout: &of_any,
+        shares,
+        arch: core.arch,
+    };
+    let compiled = cache.modes(&origin, || search::compile_modes(&of_modes))?;
+    let CompiledModes {
+        mut code,
+        chosen,
+        mut literals,
+        promotions,
+    } = Arc::unwrap_or_clone(compiled);
+    code.iter_mut().for_each(|mode| put_distance(mode, short));
+    let compiler = Compiler {
+        layout: &layout,
+        ..of_modes
+    };
+    let made = CompiledCode {
+        modes: code,
+        chosen,
         init: search::compile_init(&compiler, &mut literals)?,
         shared: search::compile_invariants(&compiler, &mut literals, &shared)?,
     };
-    made.modes
-        .iter_mut()
-        .for_each(|mode| put_distance(mode, short));
-    layout.promoted = compiled.promotions;
+    layout.promoted = promotions;
     layout.close(literals.all().len());
     if layout.size.max(layout.size_apart) > 1 << 24 {
         return Err(ThumbError::Keys(options.keys));

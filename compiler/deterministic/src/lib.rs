@@ -1,8 +1,11 @@
-//! Determinism where it is easily lost: work that threads share, and random numbers.
+//! Determinism where it is easily lost: work that threads share, results that are kept, and random
+//! numbers.
 //!
-//! Results depend neither on the number of threads nor on the platform.
+//! Results depend neither on the number of threads nor on the platform, nor on what was made before.
 
+mod memo;
 pub mod parallel;
 mod rng;
 
+pub use memo::Memo;
 pub use rng::Rng;

@@ -189,7 +189,7 @@ impl fmt::Display for Value {
 }
 
 /// What is known of a value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ValueInfo {
     /// Its type.
     pub ty: Type,
@@ -199,7 +199,7 @@ pub struct ValueInfo {
 
 /// A word that enters (`u16`) or leaves (`i16`) each key in each tick. An input outside its range
 /// is clamped to it when it is read, so nothing a host feeds can leave a proven range.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Port {
     /// Name.
     pub name: String,
@@ -208,7 +208,7 @@ pub struct Port {
 }
 
 /// A value shared by all keys that the host may change between ticks.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Live {
     /// Name.
     pub name: String,
@@ -219,7 +219,7 @@ pub struct Live {
 }
 
 /// A constant of each key.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Keyed {
     /// Name.
     pub name: String,
@@ -230,7 +230,7 @@ pub struct Keyed {
 }
 
 /// Memory of each key that survives the tick: `len` words of one type.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Cell {
     /// Name.
     pub name: String,
@@ -248,7 +248,7 @@ pub struct Cell {
 /// per tick, after the delays, so that a ring of `len` slots is enough: `delay len` reads the slot
 /// that the push then overwrites. All keys share one ring index. Before `init` every slot holds the
 /// value of the range that is nearest to zero.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Line {
     /// Name.
     pub name: String,
@@ -266,7 +266,7 @@ impl Line {
 }
 
 /// Constants in rows of equal length.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Table {
     /// Name.
     pub name: String,
@@ -290,7 +290,7 @@ impl Table {
 }
 
 /// A kind of event.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Event {
     /// Name.
     pub name: String,
@@ -299,7 +299,7 @@ pub struct Event {
 }
 
 /// A value exported to traces; removing all probes changes nothing else.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Probe {
     /// Name.
     pub name: String,
@@ -308,7 +308,7 @@ pub struct Probe {
 }
 
 /// One tick over N keys.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct Kernel {
     /// Name.
     pub name: String,
@@ -356,6 +356,20 @@ impl Kernel {
         of_channels.map(|(at, _)| at).collect()
     }
 
+    /// The same where live values and constants per key are whatever they are: memory alone holds
+    /// their values at first, and no code knows them.
+    #[must_use]
+    pub fn for_any_values(&self) -> Kernel {
+        let mut any = self.clone();
+        for live in &mut any.lives {
+            live.init = 0;
+        }
+        for keyed in &mut any.keyed {
+            keyed.values.clear();
+        }
+        any
+    }
+
     /// The lines that `init` does not fill: [`Line::first_value`] is all that they hold at first.
     pub fn unfilled_lines(&self) -> Vec<usize> {
         let is_filled = |line: usize| {
@@ -368,7 +382,7 @@ impl Kernel {
 }
 
 /// A straight run of instructions; control enters at the top and leaves at the bottom.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct Region {
     /// Values defined on entry: index and carried values of a loop; none otherwise.
     pub params: Vec<Value>,
@@ -379,7 +393,7 @@ pub struct Region {
 }
 
 /// One instruction.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Inst {
     /// What it does.
     pub op: Op,

@@ -62,7 +62,7 @@ use whippen_kernel::{Inst, Kernel, Range, Value, ValueInfo};
 pub const INSTRUCTIONS: usize = 12_000;
 
 /// All modes of a kernel's tick.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Hash)]
 pub struct Modes {
     /// What the kernel declares, and its `init`; its `tick` is what the modes were made of.
     pub kernel: Kernel,
@@ -83,7 +83,7 @@ impl std::fmt::Display for ModeId {
 }
 
 /// The tick where the cells are known to be such.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Hash, Default)]
 pub struct Mode {
     /// In words, from the names of cells.
     pub name: String,
@@ -111,7 +111,7 @@ impl std::fmt::Display for BlockId {
 }
 
 /// A straight run of instructions (`if` and `loop` that were left whole are instructions too).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Hash)]
 pub struct Block {
     /// Values handed over by those who come here; none where only one does.
     pub params: Vec<Value>,
@@ -122,7 +122,7 @@ pub struct Block {
 }
 
 /// How a block ends.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Hash)]
 pub enum End {
     /// One of two blocks, by a bool.
     Branch {
@@ -142,7 +142,7 @@ pub enum End {
 }
 
 /// A block, with the values of its parameters.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Hash)]
 pub struct Target {
     /// One of [`Mode::blocks`].
     pub block: BlockId,

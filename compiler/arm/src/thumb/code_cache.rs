@@ -1,27 +1,31 @@
 //! What was compiled before, by what it was compiled of.
 //!
-//! `--most-keys` and the language server make nearly the same image again and again: other numbers
-//! of keys, another value of a parameter. Registers and orders of instructions follow from the
-//! instructions that were selected and from what else stands in the key, and from nothing else. So
-//! what was found for a key is what would be found again. The key is a digest (SHA-256): nobody
-//! knows two different things that have the same.
-//!
-//! Kept for as long as the process runs, and forgotten all at once when it becomes much.
+//! Selection knows neither how many keys there are nor how far their words are (`state_layout`), so
+//! modes have the same code for any number of keys, but for that distance.
+//! Registers and orders of instructions follow from the instructions that were selected and from
+//! what else stands in the key, and from nothing else.
 
-use std::hash::{Hash, Hasher};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use rustc_hash::FxHashMap;
-use sha2::{Digest, Sha256};
+use whippen_deterministic::Memo;
+use whippen_ids::IdMap;
 use whippen_isa::Arch;
+use whippen_kernel::Kernel;
+use whippen_modes::{Mode, ModeId, Modes};
 
-use super::ThumbError;
 use super::compile::Strategy;
 use super::func::{Allocated, Func};
 use super::promote::Promotions;
+use super::search::CompiledModes;
+use super::state_layout::StateLayout;
+use super::{Built, Options, ThumbError, TickAbi};
 
 /// Functions that are kept at most: of a dozen instruments with as many modes as the grand piano.
-const KEPT_MAX: usize = 1024;
+const FUNCTIONS_MAX: usize = 1024;
+/// Instruments whose modes are kept at most.
+const INSTRUMENTS_MAX: usize = 24;
+/// Objects that are kept at most: of each instrument some, for other numbers of keys.
+const OBJECTS_MAX: usize = 96;
 
 /// What names the code of a function.
 #[derive(Hash)]
@@ -32,17 +36,43 @@ pub(super) enum Origin<'a> {
     Allocated(&'a Allocated),
 }
 
+/// What names the code of all modes: what they compute, where their memory lies, and whether what
+/// is the same for all keys is computed once.
+#[derive(Hash)]
+pub(super) struct ModesOrigin<'a> {
+    pub kernel: &'a Kernel,
+    pub modes: &'a IdMap<ModeId, Mode>,
+    pub layout: &'a StateLayout,
+    pub shares: bool,
+    pub arch: Arch,
+}
+
 /// Code, and about the cycles of its longest path.
 pub(super) type Compiled = Arc<(Allocated, u64)>;
 
+/// What names an object: modes, with all that memory holds at first, and what is asked of it.
+pub(super) type ObjectOrigin<'a> = (&'a Modes, &'a Options, Option<&'a TickAbi>);
+
 /// Code by what it was made of.
-#[derive(Default)]
-pub(super) struct CodeCache(Mutex<FxHashMap<[u8; 32], Compiled>>);
+pub(super) struct CodeCache {
+    functions: Memo<Compiled>,
+    modes: Memo<Arc<CompiledModes>>,
+    objects: Memo<Arc<Built>>,
+}
 
 /// What this process has compiled.
-static OF_PROCESS: std::sync::LazyLock<CodeCache> = std::sync::LazyLock::new(CodeCache::default);
+static OF_PROCESS: CodeCache = CodeCache::new();
 
 impl CodeCache {
+    /// Nothing is known yet.
+    pub const fn new() -> CodeCache {
+        CodeCache {
+            functions: Memo::new(FUNCTIONS_MAX),
+            modes: Memo::new(INSTRUMENTS_MAX),
+            objects: Memo::new(OBJECTS_MAX),
+        }
+    }
+
     /// Of this process.
     pub fn of_process() -> &'static CodeCache {
         &OF_PROCESS
@@ -52,56 +82,51 @@ impl CodeCache {
     ///
     /// # Errors
     /// Those of `make`, which are not kept.
-    pub fn get_or_make(
+    pub fn function(
         &self,
         origin: &Origin,
         arch: Arch,
         make: impl FnOnce() -> Result<(Allocated, u64), ThumbError>,
     ) -> Result<Compiled, ThumbError> {
-        let key = digest(&(origin, arch));
-        // Nobody panics while holding the lock; without it, everything is made anew.
-        if let Some(known) = self.0.lock().ok().and_then(|all| all.get(&key).cloned()) {
-            return Ok(known);
-        }
-        let made = Arc::new(make()?);
-        if let Ok(mut all) = self.0.lock() {
-            if all.len() >= KEPT_MAX {
-                all.clear();
-            }
-            all.insert(key, made.clone());
-        }
-        Ok(made)
-    }
-}
-
-fn digest(what: &impl Hash) -> [u8; 32] {
-    let mut bytes = Written(Vec::new());
-    what.hash(&mut bytes);
-    Sha256::digest(&bytes.0).into()
-}
-
-/// Takes what is hashed as it is: lengths and variants are part of it, so different values of a
-/// type are different bytes.
-struct Written(Vec<u8>);
-
-impl Hasher for Written {
-    fn write(&mut self, bytes: &[u8]) {
-        self.0.extend_from_slice(bytes);
+        let make = || make().map(Arc::new);
+        self.functions.get_or_make(&(origin, arch), make)
     }
 
-    /// Not asked for.
-    fn finish(&self) -> u64 {
-        0
+    /// The code of all modes, before the distance from words in to words out is put in: as it is
+    /// known, or is made now.
+    ///
+    /// # Errors
+    /// Those of `make`, which are not kept.
+    pub fn modes(
+        &self,
+        origin: &ModesOrigin,
+        make: impl FnOnce() -> Result<CompiledModes, ThumbError>,
+    ) -> Result<Arc<CompiledModes>, ThumbError> {
+        let make = || make().map(Arc::new);
+        self.modes.get_or_make(origin, make)
+    }
+
+    /// An object: as it is known, or is made now.
+    ///
+    /// # Errors
+    /// Those of `make`, which are not kept.
+    pub fn built(
+        &self,
+        origin: &ObjectOrigin,
+        make: impl FnOnce() -> Result<Built, ThumbError>,
+    ) -> Result<Arc<Built>, ThumbError> {
+        let make = || make().map(Arc::new);
+        self.objects.get_or_make(origin, make)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Options, TickAbi, build_object, compile_parts};
+    use super::super::build;
     use super::*;
-    use whippen_ids::IdMap;
+    use whippen_kernel::Op;
     use whippen_kernel::random::kernel;
-    use whippen_modes::{Modes, specialize};
+    use whippen_modes::specialize;
 
     /// Keys of a core: the words that go out are from 4 to 1020 bytes behind those that come in.
     const KEYS: [u32; 6] = [1, 2, 7, 26, 27, 255];
@@ -117,75 +142,47 @@ mod tests {
             probes: false,
             arch,
         };
+        let ports = modes.kernel.inputs.len().max(modes.kernel.outputs.len());
         let abi = TickAbi {
-            drive_offset: 4 * keys,
+            drive_offset: 4 * ports.max(1) as u32 * keys,
             record_bytes_min: 0,
             shares: true,
         };
-        let parts = compile_parts(modes, &options, Some(&abi), cache);
-        let built = parts.and_then(|parts| build_object(parts, &options));
-        format!("{built:?}")
-    }
-
-    fn kept(cache: &CodeCache) -> usize {
-        cache.0.lock().expect("nobody panicked").len()
+        format!("{:?}", build(modes, &options, Some(&abi), cache))
     }
 
     #[test]
     fn code_is_the_same_whatever_was_compiled_before() {
         for arch in [Arch::V8M, Arch::V7EM, Arch::V6M] {
-            let everything = CodeCache::default();
-            let (mut of_one, mut of_all) = (0, 0);
+            let everything = CodeCache::new();
+            let (mut functions, mut shared) = (0, 0);
             for seed in 0..KERNELS {
                 let modes = specialize(&kernel(seed), 2_000);
-                let before = kept(&everything);
+                let before = everything.modes.kept();
                 for keys in KEYS {
-                    let first = CodeCache::default();
+                    let first = CodeCache::new();
                     let anew = object(&modes, keys, arch, &first);
-                    of_one += kept(&first);
+                    functions += first.functions.kept();
                     let again = [&first, &everything].map(|own| object(&modes, keys, arch, own));
                     assert!(
                         again.iter().all(|own| *own == anew),
                         "{seed}, {keys} keys, {arch:?}"
                     );
+                    assert_eq!([first.modes.kept(), first.objects.kept()], [1, 1]);
                 }
-                of_all += kept(&everything) - before;
+                // The distance to a slot at an index, and on ARMv6-M to a word, is that of so many
+                // keys.
+                let mut all = modes.kernel.all_insts();
+                let at_index = all.any(|inst| matches!(inst.op, Op::DelayAt(_)));
+                if !at_index && arch != Arch::V6M {
+                    assert_eq!(everything.modes.kept(), before + 1, "{seed}, {arch:?}");
+                    shared += 1;
+                }
             }
-            let shares = arch != Arch::V6M;
-            let found_again = 2 * of_all < of_one;
-            assert!(
-                of_all > 0 && shares <= found_again,
-                "{of_all} of {of_one}, {arch:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn not_more_is_kept_than_there_is_room_for() {
-        let cache = CodeCache::default();
-        for vregs in 0..2 * KEPT_MAX as u32 + 1 {
-            let func = Func {
-                vregs,
-                ..Func::new()
-            };
-            let none = Promotions::default();
-            let strategy = Strategy {
-                remat_distance: 0,
-                remat_within: 0,
-                addresses_within: 0,
-                pressure_limit: None,
-            };
-            let code = |slots| Allocated {
-                blocks: IdMap::new(),
-                vregs: 0,
-                free: 0,
-                slots,
-            };
-            let origin = Origin::Selected(&func, &none, strategy);
-            let make = |slots| cache.get_or_make(&origin, Arch::V8M, || Ok((code(slots), 1)));
-            assert_eq!(make(7).map(|made| made.0.slots), Ok(7));
-            assert_eq!(make(8).map(|made| made.0.slots), Ok(7), "it is known");
-            assert!(kept(&cache) <= KEPT_MAX);
+            if arch != Arch::V6M {
+                assert!(shared > 0, "{arch:?}");
+                assert!(2 * everything.functions.kept() < functions, "{arch:?}");
+            }
         }
     }
 }

@@ -35,9 +35,10 @@ use super::tick_invariant::TickInvariants;
 use super::validate::validate;
 use super::{ThumbError, critical_path, v6m};
 use crate::features::Features;
+use whippen_ids::IdMap;
 use whippen_isa::timing::Core;
-use whippen_kernel::Range;
-use whippen_modes::{ModeId, Modes};
+use whippen_kernel::{Kernel, Range};
+use whippen_modes::{Mode, ModeId};
 
 /// How a function is compiled.
 #[derive(Debug, Clone, Copy, Hash)]
@@ -65,7 +66,9 @@ pub(super) enum CompileUnit<'a> {
 
 /// What all functions of a core are compiled for.
 pub(super) struct Compiler<'a> {
-    pub modes: &'a Modes,
+    /// What the modes are of, for any values of what memory holds at first.
+    pub kernel: &'a Kernel,
+    pub modes: &'a IdMap<ModeId, Mode>,
     pub layout: &'a StateLayout,
     /// Where the live values lie that a tick adds, even if promises are wrong.
     pub shared: &'a [Range],
@@ -82,10 +85,10 @@ impl Compiler<'_> {
         strategy: Strategy,
         literals: &mut Literals,
     ) -> Func {
-        let kernel = &self.modes.kernel;
+        let kernel = self.kernel;
         let func = match piece {
             CompileUnit::Mode(index) => {
-                let mode = &self.modes.modes[index];
+                let mode = &self.modes[index];
                 let plan = plan_mode(kernel, mode, self.shared, self.features());
                 let near = Near {
                     decisions: strategy.remat_distance,
@@ -121,7 +124,7 @@ impl Compiler<'_> {
         strategy: Strategy,
     ) -> Result<Compiled, ThumbError> {
         let origin = Origin::Selected(&func, promotions, strategy);
-        self.cache.get_or_make(&origin, self.core.arch, || {
+        self.cache.function(&origin, self.core.arch, || {
             let func = self.schedule(promotions.promote_in(func.clone()), strategy)?;
             let code = self.allocate(&func)?;
             let cycles = critical_path::estimate_cycles(&code, self.core);
@@ -168,7 +171,7 @@ impl Compiler<'_> {
         orders: &OrderCache,
     ) -> Result<Compiled, ThumbError> {
         let origin = Origin::Allocated(code);
-        self.cache.get_or_make(&origin, self.core.arch, || {
+        self.cache.function(&origin, self.core.arch, || {
             let mut code = code.clone();
             if self.reorders() {
                 validated(&mut code, |code| {

@@ -194,7 +194,7 @@ impl<'a> EntryWriter<'a> {
                 m: 1,
                 ..template(Op::MOV_register)
             });
-            self.store(1, caller.at);
+            self.store(1, caller);
         }
     }
 

@@ -94,30 +94,32 @@ pub(super) struct Chosen {
 }
 
 /// The code of all modes.
+#[derive(Clone)]
 pub(super) struct CompiledModes {
     pub code: IdMap<ModeId, Allocated>,
     /// How it came about.
     pub chosen: IdMap<ModeId, Chosen>,
+    /// The literals that were tried for it.
+    pub literals: Literals,
     /// The tick constants in registers.
     pub promotions: Promotions,
 }
 
 /// Compiles all modes.
-pub(super) fn compile_modes(
-    compiler: &Compiler,
-    literals: &mut Literals,
-) -> Result<CompiledModes, ThumbError> {
-    let modes = compiler.modes.modes.ids();
+pub(super) fn compile_modes(compiler: &Compiler) -> Result<CompiledModes, ThumbError> {
+    let mut literals = Literals::new(compiler.modes.len() + compiler.kernel.tables.len());
+    let modes = compiler.modes.ids();
     let funcs: IdMap<ModeId, Func> = modes
-        .map(|mode| compiler.select(CompileUnit::Mode(mode), STRATEGIES[0], literals))
+        .map(|mode| compiler.select(CompileUnit::Mode(mode), STRATEGIES[0], &mut literals))
         .collect();
     let (promotions, mut all) = compile_first(compiler, funcs)?;
     if compiler.reorders() {
-        improve_worst(compiler, &promotions, literals, &mut all)?;
+        improve_worst(compiler, &promotions, &mut literals, &mut all)?;
     }
     Ok(CompiledModes {
         chosen: all.iter().map(|mode| mode.chosen).collect(),
         code: all.into_iter().map(|mode| code(mode.code)).collect(),
+        literals,
         promotions,
     })
 }

@@ -44,7 +44,7 @@ const RINGS: u32 = 24;
 pub(super) const LITERALS_MAX: usize = 256;
 
 /// A delay line in the state.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct Line {
     /// Whether its slots are `u16` (else `i32`).
     pub narrow: bool,
@@ -66,7 +66,7 @@ impl Line {
 }
 
 /// A pointer in STATE: where HISTORY plus it is the slot that was written so many ticks ago.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Pointer {
     pub line: u32,
     pub ticks: u32,
@@ -74,21 +74,13 @@ pub(super) struct Pointer {
     pub at: u32,
 }
 
-/// Rows of words that are the caller's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Caller {
-    /// From a word in to the word out.
-    pub drive_offset: u32,
-    /// Offset in STATE: this tick's row of words in.
-    pub at: u32,
-}
-
 /// Where everything lies.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct StateLayout {
     pub(super) keys: u32,
-    /// Where the caller's words lie, if the tick is part of a firmware's frame.
-    pub(super) caller: Option<Caller>,
+    /// Offset in STATE of this tick's row of words in, where rows are the caller's: where the tick
+    /// is part of a firmware's frame.
+    pub(super) caller: Option<u32>,
     /// Offset in STATE of the address of the histories, and behind it that of the ring of events,
     /// where they lie apart.
     pub(super) apart: Option<u32>,
@@ -133,7 +125,7 @@ pub struct StateLayout {
 /// Its room is looked after once a tick: a tick begins where the most events of a tick fit in one
 /// piece, or, where they do not fit at all, in the spare behind the ring, from which they are
 /// counted as lost. So an event is stored and nothing else.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Ring {
     /// Offset in the state; 0 where it lies apart.
     pub at: u32,
@@ -217,10 +209,7 @@ impl StateLayout {
             size: RINGS,
             size_apart: 0,
         };
-        layout.caller = abi.map(|abi| Caller {
-            drive_offset: abi.drive_offset,
-            at: layout.take(4),
-        });
+        layout.caller = abi.map(|_| layout.take(4));
         layout.apart = abi.map(|_| layout.take(8));
         layout.place_record(kernel, options.probes);
         layout.record = layout.record.max(abi.map_or(0, |abi| abi.record_bytes_min));
@@ -228,7 +217,7 @@ impl StateLayout {
         if layout.apart.is_none() {
             layout.place_records(LITERALS_MAX);
         }
-        layout.place_rows();
+        layout.place_rows(abi);
         layout.place_histories(kernel);
         layout
     }
@@ -302,28 +291,38 @@ impl StateLayout {
         self.literals = self.size;
     }
 
-    /// The same as code knows it before the distance from words in to words out counts, which is
-    /// that of another number of keys otherwise, and by how much that distance is short; none where
-    /// not every such distance is a part of the instruction that stores.
-    pub(super) fn without_distance(&self, features: &Features) -> Option<(StateLayout, u32)> {
-        let short = self.outputs.checked_sub(self.inputs + self.stride)?;
-        let fits = features.legal_as_selected && short + self.stride <= features.load_offset_max;
-        fits.then(|| {
-            let outputs = self.inputs + self.stride;
-            (
-                StateLayout {
-                    outputs,
-                    ..self.clone()
-                },
-                short,
-            )
-        })
+    /// The same as selection of modes knows it, and by how much the distance from words in to words
+    /// out is short there. It knows neither how many keys there are nor how large the ring of their
+    /// events is; nor how long rows of delay lines are, unless something is read at an index; nor
+    /// that distance, where every one is a part of the instruction that stores.
+    pub(super) fn for_any_keys(&self, kernel: &Kernel, features: &Features) -> (StateLayout, u32) {
+        let mut any = StateLayout {
+            keys: 0,
+            ..self.clone()
+        };
+        if let Some(ring) = &mut any.ring {
+            (ring.bytes, ring.tick_bytes_max) = (0, 0);
+        }
+        let mut all = kernel.all_insts();
+        if !all.any(|inst| matches!(inst.op, Op::DelayAt(_))) {
+            any.size_apart = 0;
+            for line in &mut any.lines {
+                (line.at, line.row) = (0, 0);
+            }
+        }
+        let (nearest, max) = (self.inputs + self.stride, features.load_offset_max);
+        let short = self.outputs.checked_sub(nearest).unwrap_or_default();
+        if !features.legal_as_selected || short + self.stride > max {
+            return (any, 0);
+        }
+        any.outputs = self.outputs - short;
+        (any, short)
     }
 
-    fn place_rows(&mut self) {
+    fn place_rows(&mut self, abi: Option<&TickAbi>) {
         let row = self.keys * self.stride;
-        match self.caller {
-            Some(caller) => self.outputs = caller.drive_offset,
+        match abi {
+            Some(abi) => self.outputs = abi.drive_offset,
             None => {
                 self.inputs = self.take(row);
                 self.outputs = self.take(row);

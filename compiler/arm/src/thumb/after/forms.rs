@@ -20,9 +20,10 @@ pub(super) struct ModeForms {
 /// that was chosen.
 pub(super) fn forms_of(parts: &mut Parts, mode: ModeId) -> Result<ModeForms, ThumbError> {
     let chosen = parts.made.chosen[mode];
-    let cache = CodeCache::default();
+    let cache = CodeCache::new();
     let compiler = Compiler {
-        modes: &parts.modes,
+        kernel: &parts.modes.kernel,
+        modes: &parts.modes.modes,
         layout: &parts.layout,
         shared: &parts.shared_ranges,
         core: &parts.core,

@@ -139,7 +139,7 @@ impl StateLayout {
     /// Offset in the state of the address of this tick's row of words in, where that is the
     /// caller's.
     pub fn words(&self) -> Option<u32> {
-        self.caller.map(|caller| caller.at)
+        self.caller
     }
 
     /// The delay lines.

@@ -1,0 +1,134 @@
+//! What was made before, by what it was made of.
+//!
+//! `--most-keys` and the language server make nearly the same image again and again: other numbers
+//! of keys, another value of a parameter, a comment. A function whose result follows from its
+//! arguments and from nothing else need not be run twice for the same ones.
+//!
+//! The key is a digest (SHA-256) of everything that the result is made of: nobody knows two
+//! different things that have the same. So what is found is what would be made again.
+
+use std::collections::BTreeMap;
+use std::hash::{Hash, Hasher};
+use std::sync::Mutex;
+
+use sha2::{Digest, Sha256};
+
+/// Results by what they were made of, for as long as the process runs; they are forgotten all at
+/// once when they become too many.
+#[derive(Debug)]
+pub struct Memo<T> {
+    known: Mutex<BTreeMap<[u8; 32], T>>,
+    kept_max: usize,
+}
+
+impl<T: Clone> Memo<T> {
+    /// One that keeps so many results at most.
+    pub const fn new(kept_max: usize) -> Memo<T> {
+        Memo {
+            known: Mutex::new(BTreeMap::new()),
+            kept_max,
+        }
+    }
+
+    /// What is made of something: as it is known, or made now. `of` has to be all that `make`
+    /// looks at.
+    ///
+    /// # Errors
+    /// Those of `make`, which are not kept.
+    pub fn get_or_make<E>(
+        &self,
+        of: &impl Hash,
+        make: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
+        let key = digest(of);
+        // Nobody panics while holding the lock; without it, everything is made anew.
+        if let Some(known) = self
+            .known
+            .lock()
+            .ok()
+            .and_then(|all| all.get(&key).cloned())
+        {
+            return Ok(known);
+        }
+        let made = make()?;
+        if let Ok(mut all) = self.known.lock() {
+            if all.len() >= self.kept_max {
+                all.clear();
+            }
+            all.insert(key, made.clone());
+        }
+        Ok(made)
+    }
+
+    /// How many results are kept.
+    pub fn kept(&self) -> usize {
+        self.known.lock().map_or(0, |all| all.len())
+    }
+}
+
+fn digest(what: &impl Hash) -> [u8; 32] {
+    let mut bytes = Written(Vec::new());
+    what.hash(&mut bytes);
+    Sha256::digest(&bytes.0).into()
+}
+
+/// Takes what is hashed as it is: lengths and variants are part of it, so different values of a
+/// type are different bytes.
+struct Written(Vec<u8>);
+
+impl Hasher for Written {
+    fn write(&mut self, bytes: &[u8]) {
+        self.0.extend_from_slice(bytes);
+    }
+
+    /// Not asked for.
+    fn finish(&self) -> u64 {
+        0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_known_is_not_made_again() {
+        let memo = Memo::new(4);
+        let made = |of: &str, value: u32| memo.get_or_make(&of, || Ok::<u32, ()>(value));
+        assert_eq!(
+            [made("a", 7), made("a", 8), made("b", 9)],
+            [Ok(7), Ok(7), Ok(9)]
+        );
+        assert_eq!(memo.get_or_make(&"c", || Err("not made")), Err("not made"));
+        assert_eq!(memo.get_or_make(&"c", || Ok::<u32, ()>(1)), Ok(1));
+        assert_eq!(memo.kept(), 3);
+    }
+
+    /// Whatever lies next to what: strings, lists and options of the same bytes are different.
+    #[test]
+    fn different_things_have_different_digests() {
+        assert_ne!(digest(&("ab", "c")), digest(&("a", "bc")));
+        assert_ne!(
+            digest(&(vec![1_u8, 2], vec![3_u8])),
+            digest(&(vec![1_u8], vec![2_u8, 3]))
+        );
+        assert_ne!(
+            digest(&(None::<u8>, Some(0_u8))),
+            digest(&(Some(0_u8), None::<u8>))
+        );
+        assert_eq!(digest(&("ab", 1_u64)), digest(&("ab".to_string(), 1_u64)));
+    }
+
+    #[test]
+    fn not_more_is_kept_than_there_is_room_for() {
+        let memo = Memo::new(3);
+        for number in 0..20_u32 {
+            assert_eq!(
+                memo.get_or_make(&number, || Ok::<u32, ()>(number)),
+                Ok(number)
+            );
+            assert_eq!(memo.get_or_make(&number, || Err(())), Ok(number));
+            assert!(memo.kept() <= 3);
+        }
+    }
+}
