@@ -10,6 +10,8 @@ pub const INTERRUPTED: u8 = 130;
 pub enum Failure {
     /// The program under test is wrong; what is wrong has been printed.
     Program,
+    /// The program under test does not fit its board.
+    Full(String),
     /// The command line, or a file it names, is wrong.
     Usage(String),
     /// Somebody ended it early; what was done is kept, and has been told.
@@ -31,6 +33,10 @@ pub fn code(outcome: Outcome) -> u8 {
     match outcome {
         Ok(()) => 0,
         Err(Failure::Program) => 1,
+        Err(Failure::Full(message)) => {
+            tell!("error: {message}");
+            1
+        }
         Err(Failure::Usage(message)) => {
             tell!("error: {message}");
             2

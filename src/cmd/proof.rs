@@ -177,23 +177,22 @@ impl<'a> ImageProof<'a> {
         instruments: &[ImageInstrument],
     ) -> Result<Self, Failure> {
         let [least, most] = setup.keys_possible();
-        let mut fits = Self::find(setup, instruments, least)?;
-        if !fits.fits() {
-            return Ok(fits);
-        }
-        let mut between = Between::new(least, fits.more_keys(), most);
+        let mut between = Between::new(least, most);
+        // The most keys that fit so far, or the least that do not.
+        let mut found: Result<Self, Failure> = Err(Failure::Defect("no keys".to_string()));
         while let Some(keys) = between.next() {
-            match Self::find(setup, instruments, keys) {
-                Ok(tried) if tried.fits() => {
-                    between.fit(keys, tried.more_keys());
-                    fits = tried;
-                }
+            let tried = Self::find(setup, instruments, keys);
+            match &tried {
+                Ok(tried) if tried.fits() => between.fit(keys, tried.more_keys()),
                 Ok(tried) => between.exceed(keys, Some(tried.surplus_keys())),
-                Err(Failure::Usage(_) | Failure::Program) => between.exceed(keys, None),
-                Err(other) => return Err(other),
+                Err(Failure::Usage(_) | Failure::Full(_)) => between.exceed(keys, None),
+                Err(_) => return tried,
+            }
+            if between.fits() == Some(keys) || between.fits().is_none() {
+                found = tried;
             }
         }
-        Ok(fits)
+        found
     }
 
     /// What is left, in keys: right but for what grows around them.

@@ -479,10 +479,7 @@ pub fn code_failure(error: ThumbError) -> Failure {
 /// A program that does not fit its board is wrong; anything else is ours.
 pub fn link_failure(error: LinkError) -> Failure {
     match error {
-        LinkError::Full { .. } => {
-            tell!("error: {error}");
-            Failure::Program
-        }
+        LinkError::Full { .. } => Failure::Full(error.to_string()),
         LinkError::Nowhere { .. } => Failure::Usage(error.to_string()),
         other => Failure::Defect(other.to_string()),
     }

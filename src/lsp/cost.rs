@@ -185,8 +185,9 @@ fn tick(played: &ProgramReport) -> String {
 
 fn in_words(why: Failure) -> String {
     match why {
+        Failure::Full(_) => "it does not fit its memory".to_string(),
         Failure::Usage(message) | Failure::Defect(message) => message,
-        Failure::Program => "it does not fit its memory".to_string(),
+        Failure::Program => "the program is wrong".to_string(),
         Failure::Interrupted => "it was interrupted".to_string(),
     }
 }

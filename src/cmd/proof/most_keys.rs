@@ -1,32 +1,44 @@
 //! How many keys fit, found by few tries: each tells about how many more or fewer it would be.
 //!
 //! What is around the keys grows with them, and by much where they no longer fit in the memory near
-//! the core, so what a try tells is a guess. Where it leads out of what is left to try, the middle
-//! is tried. The end is proven: so many keys fit, and one more does not.
+//! the core, so what a try tells is a guess, and a better one the nearer it is. Where it leads out
+//! of what is left to try, the middle is tried. The end is proven: so many keys fit, and one more
+//! does not.
+
+/// Keys of the first try, where there may be so many: about as many as most instruments have on
+/// two cores.
+const FIRST_TRY: u32 = 48;
 
 /// Between a number of keys that fits and one that does not.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Between {
+    /// How few there may be.
+    least: u32,
+    /// How many there may be.
+    most: u32,
+    /// Fewer than the least where none are known to fit.
     fits: u32,
     /// Too many, or more than there may be.
     exceeds: u32,
-    /// How many there may be.
-    most: u32,
     /// What the last try says.
     guess: u32,
 }
 
 impl Between {
-    /// So many are known to fit, and about so many more would; there may be at most `most`.
-    pub fn new(fits: u32, more: u32, most: u32) -> Between {
-        let mut between = Between {
-            fits,
-            exceeds: most + 1,
+    /// Nothing is known yet. There are at least one and `least`, and at most `most`.
+    pub fn new(least: u32, most: u32) -> Between {
+        Between {
+            least,
             most,
-            guess: fits,
-        };
-        between.fit(fits, more);
-        between
+            fits: least - 1,
+            exceeds: most + 1,
+            guess: FIRST_TRY.clamp(least, most),
+        }
+    }
+
+    /// How many are known to fit, if any are.
+    pub fn fits(&self) -> Option<u32> {
+        (self.fits >= self.least).then_some(self.fits)
     }
 
     /// What to try next; none where it is known.
@@ -37,7 +49,9 @@ impl Between {
             _ if left.is_empty() => None,
             guess if guess >= self.exceeds && !is_tried => Some(self.most),
             guess if left.contains(&guess) => Some(guess),
-            _ => Some(self.fits.midpoint(self.exceeds)),
+            // It may be that none fit, or that none have a bound.
+            guess if guess < self.least && self.fits().is_none() => Some(self.least),
+            _ => Some(left.start.midpoint(self.exceeds - 1)),
         }
     }
 
@@ -56,26 +70,35 @@ impl Between {
 mod tests {
     use super::*;
 
-    /// How many keys fit of those that take so many cycles, and after how many tries it is known.
-    /// What is told of `told` cycles a key is all that the search knows.
-    fn found(least: u32, most: u32, told: i64, left: impl Fn(u32) -> Option<i64>) -> (u32, u32) {
-        let more = |left: i64| (left / told) as u32;
-        let first = left(least).expect("bounded");
-        let (mut between, mut fits, mut tries) = (Between::new(least, more(first), most), least, 0);
+    /// How many keys fit of those that take so many cycles, the last number that did not, and after
+    /// how many tries it is known. What is told of `told` cycles a key is all that the search knows.
+    fn searched(
+        [least, most]: [u32; 2],
+        told: i64,
+        left: impl Fn(u32) -> Option<i64>,
+    ) -> (Option<u32>, Option<u32>, u32) {
+        let (mut between, mut refused, mut tries) = (Between::new(least, most), None, 0);
         while let Some(keys) = between.next() {
-            assert!(keys > fits && keys <= most, "{keys} of {between:?}");
+            assert!((least..=most).contains(&keys), "{keys} of {between:?}");
+            assert!(refused.is_none_or(|refused| keys < refused), "{between:?}");
             tries += 1;
             match left(keys) {
-                Some(left) if left >= 0 => {
-                    fits = keys;
-                    between.fit(keys, more(left));
-                }
+                Some(left) if left >= 0 => between.fit(keys, (left / told) as u32),
                 left => {
                     let fewer = left.map(|left| -left.div_euclid(told));
                     between.exceed(keys, fewer.map(|fewer| fewer as u32));
+                    refused = Some(keys);
                 }
             }
         }
+        (between.fits(), refused, tries)
+    }
+
+    /// The same where some fit, and one more does not.
+    fn found(range: [u32; 2], told: i64, left: impl Fn(u32) -> Option<i64>) -> (u32, u32) {
+        let (fits, refused, tries) = searched(range, told, left);
+        let fits = fits.expect("some fit");
+        assert!(fits == range[1] || refused == Some(fits + 1), "{fits}");
         (fits, tries)
     }
 
@@ -83,9 +106,9 @@ mod tests {
     fn a_guess_that_is_right_is_tried_with_its_neighbour() {
         for fit in 2..=510 {
             let exact = |keys: u32| Some(i64::from(fit * 20) - i64::from(keys * 20));
-            let (keys, tries) = found(2, 510, 20, exact);
+            let (keys, tries) = found([2, 510], 20, exact);
             assert_eq!(keys, fit);
-            assert!(tries <= 2, "{fit}: {tries}");
+            assert!(tries <= 3, "{fit}: {tries}");
         }
     }
 
@@ -94,7 +117,7 @@ mod tests {
     fn what_grows_around_keys_takes_few_tries() {
         for (around, told) in [(5, 100), (10, 100), (40, 100), (-10, 100), (30, 20)] {
             let left = |keys: u32| Some(26_000 - i64::from(keys) * (told + around));
-            let (keys, tries) = found(2, 510, told, left);
+            let (keys, tries) = found([2, 510], told, left);
             assert!(left(keys) >= Some(0) && (keys == 510 || left(keys + 1) < Some(0)));
             assert!(tries <= 8, "{around} of {told}: {tries}");
         }
@@ -106,11 +129,23 @@ mod tests {
         for step in 3..=510 {
             let far = |keys: u32| Some(if keys < step { 90_000 } else { -90_000 });
             let none = |keys: u32| (keys < step).then_some(90_000);
-            for (keys, tries) in [found(2, 510, 100, far), found(2, 510, 100, none)] {
+            for (keys, tries) in [found([2, 510], 100, far), found([2, 510], 100, none)] {
                 assert_eq!(keys, step - 1);
-                assert!(tries <= 11, "{step}: {tries}");
+                assert!(tries <= 12, "{step}: {tries}");
             }
         }
-        assert_eq!(found(1, 1, 100, |_| Some(500)), (1, 0));
+        assert_eq!(found([1, 1], 100, |_| Some(500)), (1, 1));
+    }
+
+    /// The least is the last that is tried: what is proven of it is told.
+    #[test]
+    fn where_none_fit_the_least_is_tried() {
+        for (least, told) in [(1, 100), (2, 100), (9, 130), (2, 1)] {
+            let range = [least, 510];
+            let (fits, refused, tries) = searched(range, told, |keys| Some(-100 * i64::from(keys)));
+            assert_eq!((fits, refused), (None, Some(least)));
+            assert!(tries <= 8, "{least}, {told}: {tries}");
+            assert_eq!(searched(range, told, |_| None), (None, Some(least), 2));
+        }
     }
 }
