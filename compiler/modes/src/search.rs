@@ -159,6 +159,7 @@ struct Search<'s, 'k> {
     specializer: &'s Specializer<'k>,
     /// How many nodes may still be visited; half of them by the next try.
     work_left: u64,
+    /// Whether tries are made before anybody asks for them.
     looks_ahead: bool,
     /// A try that was made before anybody asked for it: by which cells, and what became of it.
     ahead: Option<(Vec<usize>, Try)>,
@@ -194,6 +195,8 @@ impl Search<'_, '_> {
                 );
                 // What nobody asked for any more may have been left unfinished.
                 let is_asked = found.modes.is_some();
+                // All cells at once that come to nothing do so again later, most likely.
+                self.looks_ahead &= ahead.modes.is_some() || !is_asked;
                 self.ahead = is_asked.then(|| (numbers(then), ahead));
                 found
             }
