@@ -69,20 +69,25 @@ impl Explorer<'_> {
             stack: 0,
             hands_stack: false,
         };
+        // With what each piece was explored to the end: again, it would be the same.
+        let mut settled: Vec<Option<(Place, Pipe)>> = vec![None; entries.len()];
         for _ in 0..TRIES_MAX {
             let mut again = false;
-            for (entry, piece) in entries.iter().zip(&mut pieces) {
-                let facts = match *entry == entries[0] {
-                    true => self.entered(&function),
-                    false => Facts::default(),
+            for (number, piece) in pieces.iter_mut().enumerate() {
+                let facts = match number {
+                    0 => self.entered(&function),
+                    _ => Facts::default(),
                 };
-                if let Some(start) = places.get(entry).cloned() {
+                let start = places.get(&entries[number]).cloned();
+                if let Some(start) = start.filter(|start| settled[number].as_ref() != Some(start)) {
                     let mut run = Run {
                         own: self,
                         function: &function,
                         seen: &mut seen,
                     };
-                    again |= run.explore(piece, start, facts, &mut places)?;
+                    let unsettled = run.explore(piece, start.clone(), facts, &mut places)?;
+                    settled[number] = (!unsettled).then_some(start);
+                    again = true;
                 }
             }
             if !again {
@@ -188,7 +193,8 @@ struct Run<'a, 's> {
 }
 
 impl Run<'_, '_> {
-    /// Explores a piece from its entry; whether stacks turned out otherwise.
+    /// Explores a piece from its entry; whether its own stacks turned out otherwise. What others
+    /// begin with is in `places`.
     fn explore(
         &mut self,
         piece: &mut Explored,
@@ -212,7 +218,7 @@ impl Run<'_, '_> {
         Ok(again | self.explore_open(piece, places)?)
     }
 
-    /// Finds what follows all open states; whether stacks turned out otherwise.
+    /// Finds what follows all open states; whether stacks of the piece turned out otherwise.
     fn explore_open(&mut self, piece: &mut Explored, places: &mut Places) -> Result<bool, Refusal> {
         let stepper = Stepper {
             core: self.own.core,
@@ -239,7 +245,7 @@ impl Run<'_, '_> {
                 let to = match arrival.clone() {
                     Arrival::Point(node) => Some(self.arrive(piece, node, &state, &mut again)?),
                     Arrival::Piece(at) => {
-                        again |= self.hand_over(at, &state, places);
+                        self.hand_over(at, &state, places);
                         None
                     }
                     Arrival::Return => None,
@@ -260,7 +266,7 @@ impl Run<'_, '_> {
     }
 
     /// Another piece begins: with what registers are assumed to point to there.
-    fn hand_over(&self, at: u32, state: &State, places: &mut Places) -> bool {
+    fn hand_over(&self, at: u32, state: &State, places: &mut Places) {
         let mut state = state.clone();
         for (register, section) in &self.function.bases {
             let tag = &mut state.place.registers[usize::from(*register & 15)];
@@ -268,7 +274,7 @@ impl Run<'_, '_> {
         }
         let first = || (nowhere(), state.pipe);
         // The checker refuses a second pipeline.
-        self.meet_place(&mut places.entry(at).or_insert_with(first).0, &state)
+        self.meet_place(&mut places.entry(at).or_insert_with(first).0, &state);
     }
 
     /// A state comes to a spot: its number there.
