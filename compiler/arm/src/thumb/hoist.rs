@@ -161,9 +161,10 @@ fn with_first_in(
     }
     let is_free = live[side.from].bits() & register == 0;
     let behind = live_out_of(from, live).bits();
-    is_free
-        .then(|| rename_result(&from.code, own, register, behind, core))
-        .flatten()
+    let renamed = is_free.then(|| rename_result(&from.code, own, register, behind, core));
+    let mut code = renamed.flatten()?;
+    code.extend_from_slice(&from.code[code.len()..]);
+    Some(code)
 }
 
 /// The block with one more instruction near its end, where it costs least.
@@ -192,8 +193,9 @@ fn find_best_place(
     best
 }
 
-/// The code with the result of its first instruction in another register, as long as that result is
-/// wanted; none if it is wanted behind the code, or becomes something else in place.
+/// The beginning of the code, as far as the result of its first instruction is wanted, with that
+/// result in another register; none if it is wanted behind the code, or becomes something else in
+/// place.
 pub(super) fn rename_result(
     code: &[MInst<PReg>],
     from: u32,
@@ -202,12 +204,12 @@ pub(super) fn rename_result(
     core: &Core,
 ) -> Option<Vec<MInst<PReg>>> {
     let [old, new] = [from, to].map(|bit| PReg(bit.trailing_zeros() as u8));
-    let mut code = code.to_vec();
-    let mut wanted = true;
-    for (at, inst) in code.iter_mut().enumerate() {
+    let (mut renamed, mut wanted) = (Vec::new(), true);
+    for (at, inst) in code.iter().enumerate() {
         if !wanted {
             break;
         }
+        let mut inst = inst.clone();
         let (uses, defs) = inst.register_bits();
         let is_called_with = inst.convention().is_some() && uses & from != 0;
         let is_bound = inst.inserted || inst.tied.is_some() || is_called_with;
@@ -229,9 +231,9 @@ pub(super) fn rename_result(
                 wanted = false;
             }
         }
-        *inst = inst.shortened(core.arch);
+        renamed.push(inst.shortened(core.arch));
     }
-    (!wanted || behind & from == 0).then_some(code)
+    (!wanted || behind & from == 0).then_some(renamed)
 }
 
 /// Whether an instruction does no harm where its result is not wanted.

@@ -37,6 +37,11 @@ impl RegisterSet {
             .for_each(|(all, more)| *all |= more);
     }
 
+    /// Those of the first registers that have a bit here.
+    pub(super) fn of_bits(bits: u32) -> RegisterSet {
+        RegisterSet(vec![bits.into()])
+    }
+
     /// The first registers as bits; all of them after allocation.
     pub(super) fn bits(&self) -> u32 {
         self.0.first().map_or(0, |word| *word as u32)

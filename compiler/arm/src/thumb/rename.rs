@@ -8,6 +8,8 @@
 //!   str lr, b                str r4, b
 //! ```
 
+use std::ops::Range;
+
 use super::func::Block;
 use super::hoist::rename_result;
 use super::liveness::{RegisterSet, step_back};
@@ -44,9 +46,10 @@ pub(super) fn rename_registers(
             .into_iter()
             .find_map(|(_, reg)| rename_result(&code[at..], own, reg, live_out.bits(), core));
         if let Some(new) = new {
-            code.truncate(at);
-            code.extend(new);
-            known = RegisterUse::of(&code, live_out, high_cost);
+            let renamed = at..at + new.len();
+            code.splice(renamed.clone(), new);
+            known.learn(&code, renamed);
+            debug_assert_eq!(known, RegisterUse::of(&code, live_out, high_cost));
             changed = true;
         }
     }
@@ -54,6 +57,7 @@ pub(super) fn rename_registers(
 }
 
 /// What is known of each instruction.
+#[derive(Debug, PartialEq)]
 struct RegisterUse {
     /// The registers that it reads and writes.
     touched: Vec<(u32, u32)>,
@@ -65,16 +69,26 @@ struct RegisterUse {
 
 impl RegisterUse {
     fn of(code: &[MInst<PReg>], live_out: &RegisterSet, high_cost: usize) -> RegisterUse {
-        let mut wanted = vec![0; code.len()];
-        let mut live = live_out.clone();
-        for (at, inst) in code.iter().enumerate().rev() {
-            wanted[at] = live.bits();
-            step_back(inst, &mut live);
-        }
-        RegisterUse {
-            touched: code.iter().map(MInst::register_bits).collect(),
-            wanted,
+        let mut known = RegisterUse {
+            touched: vec![(0, 0); code.len()],
+            wanted: vec![live_out.bits(); code.len()],
             high_cost,
+        };
+        known.learn(code, 0..code.len());
+        known
+    }
+
+    /// Learns instructions that are others now. What is wanted behind the last of them and before
+    /// the first is as before.
+    fn learn(&mut self, code: &[MInst<PReg>], others: Range<usize>) {
+        for at in others.clone() {
+            self.touched[at] = code[at].register_bits();
+        }
+        let last = others.end.saturating_sub(1);
+        let mut live = RegisterSet::of_bits(self.wanted.get(last).copied().unwrap_or_default());
+        for at in others.skip(1).rev() {
+            step_back(&code[at], &mut live);
+            self.wanted[at - 1] = live.bits();
         }
     }
 
