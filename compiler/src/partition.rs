@@ -59,6 +59,24 @@ struct Costs {
     zone: u64,
 }
 
+/// An image, and what is known of it.
+#[derive(Debug, Clone)]
+pub struct Partitioned {
+    /// The image.
+    pub image: FirmwareImage,
+    /// The bounds of its cores while each of its programs plays, where the choice rested on them.
+    pub bounded: Option<Vec<Vec<Bounded>>>,
+}
+
+impl From<FirmwareImage> for Partitioned {
+    fn from(image: FirmwareImage) -> Partitioned {
+        Partitioned {
+            image,
+            bounded: None,
+        }
+    }
+}
+
 /// Builds the image of a setup with its division, and divides the keys anew where that is faster.
 ///
 /// # Errors
@@ -68,15 +86,15 @@ pub fn build_partitioned(
     instruments: &[Instrument],
     setup: &Setup,
     board: &Board,
-) -> Result<FirmwareImage, BuildError> {
+) -> Result<Partitioned, BuildError> {
     let in_columns = in_whole_columns(setup, board);
     let setup = in_columns.as_ref().unwrap_or(setup);
     if let Some(in_parts) = sound_apart(instruments) {
-        return with_sound_apart(in_parts, layout, instruments, setup, board);
+        return with_sound_apart(in_parts, layout, instruments, setup, board).map(Into::into);
     }
     let equal = build_image(layout, instruments, setup, board).map_err(BuildError::Image)?;
     if setup.keys.len() == 1 {
-        return with_faster_parts(equal, layout, instruments, setup, board);
+        return with_faster_parts(equal, layout, instruments, setup, board).map(Into::into);
     }
     if layout.split_program().is_none() {
         return with_odd_key_in_time(equal, layout, instruments, setup, board);
@@ -85,13 +103,14 @@ pub fn build_partitioned(
     let step = board.columns.as_ref().map_or(1, |_| COLUMN_KEYS);
     let keys = fastest_division(&costs, &setup.keys, step);
     if keys == setup.keys {
-        return Ok(equal);
+        return Ok(equal.into());
     }
     let divided = Setup {
         keys,
         ..setup.clone()
     };
-    build_image(layout, instruments, &divided, board).map_err(BuildError::Image)
+    let image = build_image(layout, instruments, &divided, board).map_err(BuildError::Image)?;
+    Ok(image.into())
 }
 
 /// A setup whose cores have whole columns, where the board has columns and more than one core.
@@ -357,14 +376,24 @@ fn with_odd_key_in_time(
     instruments: &[Instrument],
     setup: &Setup,
     board: &Board,
-) -> Result<FirmwareImage, BuildError> {
+) -> Result<Partitioned, BuildError> {
     let [first, second] = setup.keys[..] else {
-        return Ok(equal);
+        return Ok(equal.into());
     };
+    if first != second + 1 || board.columns.is_some() {
+        return Ok(equal.into());
+    }
     // What has no bound is judged by whoever wants one.
-    let in_time = |image: &FirmwareImage| fits(image, setup, board).unwrap_or(true);
-    let is_odd = first == second + 1 && board.columns.is_none();
-    if !is_odd || in_time(&equal) {
+    let bounded = |image| Partitioned {
+        bounded: bound_programs(&image, board).ok(),
+        image,
+    };
+    let in_time = |of: &Partitioned| {
+        let mut programs = of.bounded.iter().flatten();
+        programs.all(|cores| Budget::of(cores, board, setup.rate_hz).fits())
+    };
+    let equal = bounded(equal);
+    if in_time(&equal) {
         return Ok(equal);
     }
     let swapped = Setup {
@@ -372,19 +401,20 @@ fn with_odd_key_in_time(
         ..setup.clone()
     };
     let other = build_image(layout, instruments, &swapped, board).map_err(BuildError::Image)?;
+    let other = bounded(other);
     Ok(if in_time(&other) { other } else { equal })
 }
 
-/// Whether every program of an image is in time.
-fn fits(image: &FirmwareImage, setup: &Setup, board: &Board) -> Result<bool, NotBounded> {
+/// The bounds of the cores of an image while each of its programs plays.
+pub fn bound_programs(
+    image: &FirmwareImage,
+    board: &Board,
+) -> Result<Vec<Vec<Bounded>>, NotBounded> {
     let bytes = Program::of(&image.image);
-    for number in 0..image.programs.len() as u32 {
-        let bounded = cores(image, &bytes, board, ProgramId(number))?;
-        if !Budget::of(&bounded, board, setup.rate_hz).fits() {
-            return Ok(false);
-        }
-    }
-    Ok(true)
+    let programs = (0..image.programs.len() as u32).map(ProgramId);
+    programs
+        .map(|program| cores(image, &bytes, board, program))
+        .collect()
 }
 
 /// What the zones of each program cost, as an image proves it.

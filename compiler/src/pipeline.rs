@@ -18,13 +18,11 @@ use whippen_rate::Rate;
 
 use whippen_audit::Certificate;
 use whippen_board::Board;
-use whippen_budget::{
-    Bounded, Budget, NotBounded, NotCertified, Program as Bytes, certificate, cores,
-};
+use whippen_budget::{Bounded, Budget, NotBounded, NotCertified, Program as Bytes, certificate};
 use whippen_deterministic::Memo;
 use whippen_firmware::{FirmwareImage, InParts, Instrument, Setup};
 use whippen_kernel::{self as kernel, Kernel, without_probes};
-use whippen_keyboard::{Layout, ProgramId};
+use whippen_keyboard::Layout;
 use whippen_lang::check::{Options, Program};
 use whippen_lang::diag::Diagnostic;
 use whippen_lang::front::compile_front_observed;
@@ -39,8 +37,8 @@ use whippen_modes::{self as modes, Modes};
 use whippen_parts::{Beside, Parts, split, split_sound, split_together};
 use whippen_source::SourceMap;
 
-pub use crate::partition::BuildError;
-use crate::partition::build_partitioned;
+pub use crate::partition::{BuildError, Partitioned};
+use crate::partition::{bound_programs, build_partitioned};
 
 /// Declares the passes in their order.
 macro_rules! passes {
@@ -312,9 +310,24 @@ pub fn build(
     board: &Board,
     observer: Observer,
 ) -> Result<FirmwareImage, BuildError> {
-    let image = build_partitioned(layout, instruments, setup, board)?;
-    observer(Pass::Image, &Map(&image, board));
-    Ok(image)
+    let made = build_bounded(layout, instruments, setup, board, observer)?;
+    Ok(made.image)
+}
+
+/// As [`build`], with what the partition has bounded of the image.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_bounded(
+    layout: &Layout,
+    instruments: &[Instrument],
+    setup: &Setup,
+    board: &Board,
+    observer: Observer,
+) -> Result<Partitioned, BuildError> {
+    let made = build_partitioned(layout, instruments, setup, board)?;
+    observer(Pass::Image, &Map(&made.image, board));
+    Ok(made)
 }
 
 /// Image to Budget, while each of its programs plays with so many ticks per second.
@@ -327,15 +340,49 @@ pub fn prove(
     rate_hz: Rate,
     observer: Observer,
 ) -> Result<Proof, NotBounded> {
-    let bytes = Bytes::of(&image.image);
-    let mut programs = Vec::new();
-    for number in 0..image.programs.len() as u32 {
-        let cores = cores(image, &bytes, board, ProgramId(number))?;
+    let bounded = bound_programs(image, board)?;
+    Ok(proof_of(image, bounded, board, rate_hz, observer))
+}
+
+/// The proof of an image whose programs are bounded.
+fn proof_of(
+    image: &FirmwareImage,
+    bounded: Vec<Vec<Bounded>>,
+    board: &Board,
+    rate_hz: Rate,
+    observer: Observer,
+) -> Proof {
+    let programs = bounded.into_iter().map(|cores| {
         let budget = Budget::of(&cores, board, rate_hz);
         observer(Pass::Budget, &budget);
-        programs.push(ProgramProof { cores, budget });
+        ProgramProof { cores, budget }
+    });
+    Proof {
+        programs: programs.collect(),
+        bytes: Bytes::of(&image.image),
     }
-    Ok(Proof { bytes, programs })
+}
+
+/// As [`prove`], of what is bounded already, as far as it is.
+///
+/// # Errors
+/// As [`prove`].
+pub fn prove_bounded(
+    made: &mut Partitioned,
+    board: &Board,
+    rate_hz: Rate,
+) -> Result<Proof, NotBounded> {
+    let bounded = match made.bounded.take() {
+        Some(bounded) => bounded,
+        None => bound_programs(&made.image, board)?,
+    };
+    Ok(proof_of(
+        &made.image,
+        bounded,
+        board,
+        rate_hz,
+        &mut unobserved,
+    ))
 }
 
 /// The certificate of an image that is proven, whose ELF file is given, with the text of its

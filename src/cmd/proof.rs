@@ -9,7 +9,7 @@ use whippen_compiler::deadline_diagnostic::deadline_diagnostic;
 use whippen_compiler::diag::{Diagnostic, Severity};
 use whippen_compiler::firmware::FirmwareImage;
 use whippen_compiler::keyboard::ProgramId;
-use whippen_compiler::pipeline::{self, unobserved};
+use whippen_compiler::pipeline::{self, Partitioned};
 use whippen_runtime::image::ImageInstrument;
 
 use self::most_keys::Between;
@@ -122,24 +122,26 @@ impl<'a> ImageProof<'a> {
         instruments: &[ImageInstrument],
         keys: u32,
     ) -> Result<Self, Failure> {
-        let image = setup.build_to_bound(instruments, keys)?;
-        Self::of(setup, instruments, image, keys).map_err(|error| setup.not_bounded(&error))
+        let made = setup.build_to_bound(instruments, keys)?;
+        Self::of(setup, instruments, made, keys).map_err(|error| setup.not_bounded(&error))
     }
 
-    /// Bounds an image, which has so many keys.
+    /// Bounds an image, which has so many keys, as far as it is not yet.
     ///
     /// # Errors
     /// It has no bound.
     pub fn of(
         setup: &'a ImageSetup,
         instruments: &[ImageInstrument],
-        image: FirmwareImage,
+        made: impl Into<Partitioned>,
         keys: u32,
     ) -> Result<Self, Unbounded> {
+        let mut made = made.into();
         let rate_hz = setup.first().model.rate_hz;
         let proof = progress::during(&format!("the proof of {keys} keys"), || {
-            pipeline::prove(&image, &setup.board, rate_hz, &mut unobserved)
+            pipeline::prove_bounded(&mut made, &setup.board, rate_hz)
         });
+        let image = made.image;
         let proof = proof.map_err(|error| Unbounded::new(error, setup.own_texts(), &image))?;
         let numbered = (0..).map(ProgramId).zip(&setup.layout.programs);
         let all = numbered.zip(proof.programs);

@@ -19,7 +19,7 @@ use whippen_compiler::image::LinkError;
 use whippen_compiler::keyboard::{InstrumentId, Layout, ZoneId};
 use whippen_compiler::model::Model;
 use whippen_compiler::modes::INSTRUCTIONS;
-use whippen_compiler::pipeline::{self, BuildError, Compiled, unobserved};
+use whippen_compiler::pipeline::{self, BuildError, Compiled, Partitioned, unobserved};
 use whippen_compiler::rate::Rate;
 use whippen_compiler::source::SourceMap;
 use whippen_compiler::thumb::ThumbError;
@@ -369,16 +369,17 @@ impl ImageSetup {
 
     /// The image of the keys that are wanted.
     pub fn build(&self, instruments: &[ImageInstrument]) -> Result<FirmwareImage, Failure> {
-        self.build_with(instruments, self.keys, image::setup)
+        let made = self.build_with(instruments, self.keys, image::setup)?;
+        Ok(made.image)
     }
 
-    /// The image of so many keys whose cycles are to be bounded: also where nothing is known of a
-    /// motor, as they are the same with any.
+    /// The image of so many keys whose cycles are to be bounded, as far as they are not yet: also
+    /// where nothing is known of a motor, as they are the same with any.
     pub fn build_to_bound(
         &self,
         instruments: &[ImageInstrument],
         keys: u32,
-    ) -> Result<FirmwareImage, Failure> {
+    ) -> Result<Partitioned, Failure> {
         self.build_with(instruments, keys, image::setup_to_bound)
     }
 
@@ -387,7 +388,7 @@ impl ImageSetup {
         instruments: &[ImageInstrument],
         keys: u32,
         setup: impl Fn(&Compiled, &Device, u32, u32, u8) -> Result<firmware::Setup, String>,
-    ) -> Result<FirmwareImage, Failure> {
+    ) -> Result<Partitioned, Failure> {
         self.check_supported()?;
         let (cores, first_note) = (self.board.cores, self.layout.first_note);
         let mut setup =
@@ -402,10 +403,10 @@ impl ImageSetup {
             .with_keys(keys)
             .map_err(|error| Failure::Usage(format!("{error}: leave --keys away")))?;
         let borrowed = ImageInstrument::borrow_all(instruments);
-        let image = progress::during(&format!("an image of {keys} keys"), || {
-            pipeline::build(&layout, &borrowed, &setup, &self.board, &mut unobserved)
+        let made = progress::during(&format!("an image of {keys} keys"), || {
+            pipeline::build_bounded(&layout, &borrowed, &setup, &self.board, &mut unobserved)
         });
-        image.map_err(|error| match error {
+        made.map_err(|error| match error {
             BuildError::Image(error) => self.image_failure(error),
             BuildError::Bound(error) => self.not_bounded(&error.into()),
         })
