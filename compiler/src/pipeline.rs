@@ -215,7 +215,7 @@ pub fn specialize(
 }
 
 /// Kernels whose modes are kept.
-static MODES: Memo<Arc<Modes>> = Memo::new(24);
+static MODES: Memo<Arc<Modes>> = Memo::new(16);
 
 /// The verified modes of a Kernel, of a whole one or of a part.
 fn modes_of(kernel: &Kernel, instructions: usize) -> Result<Modes, CompileError> {

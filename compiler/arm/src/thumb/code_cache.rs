@@ -23,9 +23,9 @@ use super::{Built, Options, ThumbError, TickAbi};
 /// Functions that are kept at most: of a dozen instruments with as many modes as the grand piano.
 const FUNCTIONS_MAX: usize = 1024;
 /// Instruments whose modes are kept at most.
-const INSTRUMENTS_MAX: usize = 24;
+const INSTRUMENTS_MAX: usize = 16;
 /// Objects that are kept at most: of each instrument some, for other numbers of keys.
-const OBJECTS_MAX: usize = 96;
+const OBJECTS_MAX: usize = 48;
 
 /// What names the code of a function.
 #[derive(Hash)]
