@@ -181,6 +181,7 @@ fn check_functions(
             certificate,
             function,
             costs: &costs,
+            room: Default::default(),
         };
         class = class.max(check_function(&stepper)?);
         let points = function.pieces.iter().flat_map(|piece| &piece.points);

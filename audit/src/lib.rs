@@ -54,7 +54,7 @@ pub use overlap::Last;
 pub use piece::{Arrival, NEVER, ends, node_of, walk};
 pub use place::{Place, Tag};
 pub use ranges::{Ranges, check_ranges};
-pub use step::{Cost, Node, Seen, State, Stepper, Steps, To};
+pub use step::{Cost, Node, Room, Seen, State, Stepper, Steps, To};
 
 /// Why a certificate is refused.
 #[derive(Debug, Clone, PartialEq, Eq)]

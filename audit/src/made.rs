@@ -255,6 +255,7 @@ impl Image {
             certificate: &self.certificate,
             function,
             costs: &costs(&around, frame, number, &function.calls)?,
+            room: Default::default(),
         })
     }
 

@@ -22,7 +22,7 @@ use crate::certificate::{Function, Kind, Piece, Point};
 use crate::facts::Facts;
 use crate::overlap::Last;
 use crate::place::{Place, Tag};
-use crate::step::{Node, Seen, State, Stepper, To};
+use crate::step::{Node, Room, Seen, State, Stepper, To};
 
 /// Instructions between two points at most.
 const WALK_MAX: usize = 100_000;
@@ -52,8 +52,9 @@ pub fn walk(
     seen: &mut Seen,
 ) -> Result<Vec<(Arrival, State, u64)>, Refusal> {
     let mut arrived = Vec::new();
-    let mut open = vec![(from.0, from.1, 0_u64)];
-    let (mut steps, mut next) = (0, Vec::new());
+    let Room { mut open, mut next } = stepper.room.take();
+    open.push((from.0, from.1, 0_u64));
+    let mut steps = 0;
     // Whoever runs until a place may come there in a call.
     let anywhere = stepper.function.kind == Kind::Until;
     while let Some((node, state, cycles)) = open.pop() {
@@ -83,6 +84,7 @@ pub fn walk(
             }
         }
     }
+    stepper.room.replace(Room { open, next });
     Ok(arrived)
 }
 

@@ -8,6 +8,7 @@ mod calls;
 #[cfg(test)]
 mod tests;
 
+use std::cell::RefCell;
 use std::rc::Rc;
 
 use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target, Timed};
@@ -104,6 +105,15 @@ pub struct Stepper<'a> {
     pub function: &'a Function,
     /// What its calls cost, in their order.
     pub costs: &'a [Option<Cost>],
+    /// Room for walks, which one leaves to the next.
+    pub room: RefCell<Room>,
+}
+
+/// What a walk has still to go on from, and where one instruction leads.
+#[derive(Debug, Default)]
+pub struct Room {
+    pub(crate) open: Vec<(Node, State, u64)>,
+    pub(crate) next: Steps,
 }
 
 #[derive(Debug, Clone, Copy)]

@@ -358,6 +358,7 @@ fn a_register_points_where_its_words_lie() {
             certificate: &image.certificate,
             function: &own,
             costs: &[],
+            room: Default::default(),
         };
         [1, 2].map(|register| stepper.derived(&facts, register))
     };

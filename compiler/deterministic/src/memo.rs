@@ -67,18 +67,35 @@ impl<T: Clone> Memo<T> {
 }
 
 fn digest(what: &impl Hash) -> [u8; 32] {
-    let mut bytes = Written(Vec::new());
+    let mut bytes = Written {
+        sha: Sha256::new(),
+        open: Vec::with_capacity(OPEN_MAX),
+    };
     what.hash(&mut bytes);
-    Sha256::digest(&bytes.0).into()
+    bytes.sha.chain_update(&bytes.open).finalize().into()
 }
+
+/// Bytes that are digested at once: what is hashed comes in a few at a time.
+const OPEN_MAX: usize = 4096;
 
 /// Takes what is hashed as it is: lengths and variants are part of it, so different values of a
 /// type are different bytes.
-struct Written(Vec<u8>);
+struct Written {
+    sha: Sha256,
+    /// What is not digested yet.
+    open: Vec<u8>,
+}
 
 impl Hasher for Written {
     fn write(&mut self, bytes: &[u8]) {
-        self.0.extend_from_slice(bytes);
+        if self.open.len() + bytes.len() > OPEN_MAX {
+            self.sha.update(&self.open);
+            self.open.clear();
+        }
+        match bytes.len() < OPEN_MAX {
+            true => self.open.extend_from_slice(bytes),
+            false => self.sha.update(bytes),
+        }
     }
 
     /// Not asked for.
@@ -117,6 +134,35 @@ mod tests {
             digest(&(Some(0_u8), None::<u8>))
         );
         assert_eq!(digest(&("ab", 1_u64)), digest(&("ab".to_string(), 1_u64)));
+    }
+
+    /// However much of it comes at once.
+    #[test]
+    fn digests_are_those_of_all_bytes() {
+        fn bytes_of(pieces: &[usize]) -> Vec<u8> {
+            let all = 0..pieces.iter().sum::<usize>();
+            all.map(|at| (at * 7 % 251) as u8).collect()
+        }
+        struct Pieces(Vec<usize>);
+        impl Hash for Pieces {
+            fn hash<H: Hasher>(&self, state: &mut H) {
+                let (mut at, bytes) = (0, bytes_of(&self.0));
+                for length in &self.0 {
+                    state.write(&bytes[at..at + length]);
+                    at += length;
+                }
+            }
+        }
+        for pieces in [
+            vec![],
+            vec![1, 4095, 1],
+            vec![4096],
+            vec![3, 9000, 5, 4096, 4095, 2],
+            vec![7; 3000],
+        ] {
+            let all: [u8; 32] = Sha256::digest(bytes_of(&pieces)).into();
+            assert_eq!(digest(&Pieces(pieces.clone())), all, "{pieces:?}");
+        }
     }
 
     #[test]

@@ -209,7 +209,7 @@ pub(super) fn rename_result(
         if !wanted {
             break;
         }
-        let mut inst = inst.clone();
+        let mut inst = *inst;
         let (uses, defs) = inst.register_bits();
         let is_called_with = inst.convention().is_some() && uses & from != 0;
         let is_bound = inst.inserted || inst.tied.is_some() || is_called_with;

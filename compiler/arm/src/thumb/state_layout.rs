@@ -311,7 +311,7 @@ impl StateLayout {
             }
         }
         let (nearest, max) = (self.inputs + self.stride, features.load_offset_max);
-        let short = self.outputs.checked_sub(nearest).unwrap_or_default();
+        let short = self.outputs.saturating_sub(nearest);
         if !features.legal_as_selected || short + self.stride > max {
             return (any, 0);
         }

@@ -226,6 +226,7 @@ impl Run<'_, '_> {
             certificate: self.own.certificate,
             function: self.function,
             costs: self.own.costs,
+            room: Default::default(),
         };
         let ends = audit::ends(self.function, &self.entries(), piece.entry);
         let mut again = false;
@@ -300,7 +301,7 @@ impl Run<'_, '_> {
         let known = spot
             .states
             .iter()
-            .position(|known| *known == (state.pipe, facts.clone()));
+            .position(|(pipe, known)| *pipe == state.pipe && *known == facts);
         if let Some(nth) = known {
             return Ok((number, nth));
         }
