@@ -1,24 +1,14 @@
-//! Addresses of an instruction: where it accesses memory, and whether it hands out one of the
-//! stack.
+//! Addresses of an instruction: where it accesses memory.
 
 #[cfg(test)]
 mod tests;
 
-use whippen_isa::{Inst, RegSet, reg};
+use whippen_isa::{Inst, reg};
 
 use crate::facts::{ALL, Facts, Interval, holds};
 
 /// Addresses that are looked at one by one, at most.
 pub(crate) const RANGE: i64 = 4096;
-
-/// Whether an instruction may put an address of the stack into another register than SP.
-pub fn hands_stack(inst: &Inst) -> bool {
-    let sp = RegSet::core(reg::SP);
-    let (uses, accesses) = (inst.uses().contains(sp), inst.words() > 0);
-    let stored = inst.t == reg::SP || inst.t2 == reg::SP;
-    let moved = inst.defs().core_bits() == sp.core_bits();
-    uses && !(accesses && inst.n == reg::SP && !stored || moved && !accesses)
-}
 
 /// The first address that an instruction accesses, where it is one of a few.
 pub(crate) fn addresses(inst: &Inst, at: u32, facts: &Facts) -> Option<Interval> {

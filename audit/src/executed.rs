@@ -9,7 +9,7 @@ use whippen_emulator::{
 };
 use whippen_isa::{Arch, Class, Encoding, Inst, ItState, Op, RegSet, ShiftType, decode, reg};
 
-use crate::access::{addresses, hands_stack};
+use crate::access::addresses;
 use crate::facts::Facts;
 use crate::place::{Place, Tag};
 
@@ -282,7 +282,7 @@ fn check_hands(inst: &Inst, before: &Before) -> usize {
     let name = inst.op().identifier();
     let is_sum = name.starts_with("ADD") || name.starts_with("SUB");
     let loads_sp = inst.defs().contains(RegSet::core(reg::SP)) && !inst.wback;
-    match hands_stack(inst) {
+    match inst.hands_stack() {
         true if is_sum || loads_sp || log.is_small() => {}
         true => assert!(count > 0, "`{inst}` hands nothing out"),
         false => assert!(count == 0, "`{inst}` hands an address of the stack out"),

@@ -40,7 +40,6 @@ use std::fmt::{self, Display};
 
 use whippen_isa::timing::Core;
 
-pub use access::hands_stack;
 pub use certificate::{
     Bus, Call, Certificate, Dma, Frame, Function, Helper, Kind, Memory, Neighbour, Piece, Point,
 };

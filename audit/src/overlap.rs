@@ -9,7 +9,7 @@ use whippen_isa::{Inst, reg};
 use crate::access::addresses;
 use crate::facts::Facts;
 use crate::memory::Around;
-use crate::place::{Tag, steps};
+use crate::place::Tag;
 
 /// What an access leaves for the next one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl Last {
         if inst.words() == 0 {
             return Self::default();
         }
-        let kept = inst.defs().core_bits() >> inst.n & 1 == 0 || steps(inst, inst.n);
+        let kept = inst.defs().core_bits() >> inst.n & 1 == 0 || inst.steps(inst.n);
         Self {
             memory: memory_of(inst, at, facts, tag, around),
             pointer: Some(inst.n).filter(|_| kept && is_by_pointer(inst)),

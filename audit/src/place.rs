@@ -6,7 +6,7 @@ mod tests;
 
 use std::ops::RangeInclusive;
 
-use whippen_isa::{Class, Inst, Op, RegSet, ShiftType, reg};
+use whippen_isa::{Inst, Op, RegSet, ShiftType, Stored, reg};
 
 /// Where the stack pointer may be, in bytes from where it was when the function was entered: what
 /// is above that is the caller's. No stack is that large.
@@ -75,15 +75,15 @@ impl Place {
         for register in (0..15).filter(|r| *r != reg::SP && defs.contains(RegSet::core(*r))) {
             let tag = match () {
                 () if inst.op() == Op::MOV_register && inst.amount == 0 => tag(inst.m),
-                () if steps(inst, register) => tag(register).filter(is_section),
+                () if inst.steps(register) => tag(register).filter(is_section),
                 () if adds_index(inst) => tag(inst.n).or_else(&points).filter(is_section),
-                () => slot(inst, sp, register, false).and_then(|at| self.at(at)),
+                () => inst.loaded_slot(sp, register).and_then(|at| self.at(at)),
             };
             self.registers[usize::from(register)] = tag;
         }
         if defs.contains(RegSet::core(reg::SP)) {
             // It is rounded down to a word.
-            let moved = moved(inst).filter(|moved| moved % 4 == 0);
+            let moved = inst.sp_change_bytes().filter(|moved| moved % 4 == 0);
             let moved = moved.ok_or("moves the stack pointer nobody knows where")?;
             self.sp = sp + moved;
             if !self.is_possible() {
@@ -104,7 +104,8 @@ impl Place {
 
     /// What PC is loaded from the stack with.
     pub(crate) fn loaded_pc(&self, inst: &Inst) -> Option<Tag> {
-        slot(inst, self.sp, reg::PC, false).and_then(|at| self.at(at))
+        inst.loaded_slot(self.sp, reg::PC)
+            .and_then(|at| self.at(at))
     }
 
     /// A store by the stack pointer, which was at `sp`: what was in the slots is gone.
@@ -114,13 +115,13 @@ impl Place {
         sp: i32,
         before: &[Option<Tag>; 16],
     ) -> Result<(), &'static str> {
-        if !inst.class().is_store() || inst.n != reg::SP {
-            return Ok(());
-        }
-        let Some([from, end]) = stored(inst, sp) else {
-            // Somewhere on the stack: nothing is known of it any more.
-            self.slots.clear();
-            return Ok(());
+        let (from, end) = match inst.stored(sp) {
+            Stored::Nothing => return Ok(()),
+            Stored::Bytes(from, end) => (from, end),
+            Stored::Somewhere => {
+                self.slots.clear();
+                return Ok(());
+            }
         };
         if end > 0 {
             return Err("stores into its caller's stack");
@@ -130,7 +131,7 @@ impl Place {
         }
         self.slots.retain(|(at, _)| at + 4 <= from || end <= *at);
         for register in (0..16).filter(|_| end - from >= 4) {
-            let slot = slot(inst, sp, register, true);
+            let slot = inst.stored_slot(sp, register);
             let tag = before[usize::from(register)];
             self.slots.extend(slot.zip(tag));
         }
@@ -146,64 +147,4 @@ fn is_section(tag: &Tag) -> bool {
 /// Whether an instruction adds a shifted index to a register.
 pub(crate) fn adds_index(inst: &Inst) -> bool {
     inst.op() == Op::ADD_register && inst.shift == ShiftType::LSL && inst.amount > 0
-}
-
-/// Whether an instruction leaves in a register what was there, some constant further.
-pub(crate) fn steps(inst: &Inst, register: u8) -> bool {
-    match inst.class() {
-        // None loads the base that it moves.
-        Class::Load | Class::LoadDual => inst.wback && inst.n == register,
-        Class::LoadMultiple => inst.n == register && inst.imm >> register & 1 == 0,
-        Class::Store | Class::StoreDual | Class::StoreMultiple => inst.n == register,
-        _ => matches!(inst.op(), Op::ADD_immediate | Op::SUB_immediate) && inst.n == register,
-    }
-}
-
-/// By how many bytes an instruction moves the stack pointer.
-fn moved(inst: &Inst) -> Option<i32> {
-    let bytes = 4 * i32::from(inst.words());
-    match (inst.class(), inst.op()) {
-        (_, Op::ADD_SP_plus_immediate) => Some(inst.imm as i32),
-        (_, Op::SUB_SP_minus_immediate) => Some(-(inst.imm as i32)),
-        (_, Op::PUSH | Op::STMDB | Op::VPUSH | Op::VPUSH_single) => Some(-bytes),
-        (_, Op::POP | Op::LDM | Op::VPOP | Op::VPOP_single) => Some(bytes),
-        (Class::Load | Class::LoadDual | Class::Store | Class::StoreDual, _)
-            if inst.n == reg::SP && inst.wback =>
-        {
-            Some(inst.displacement())
-        }
-        _ => None,
-    }
-}
-
-/// From where to where an instruction stores by the stack pointer, which is at `sp`, if that is
-/// known.
-fn stored(inst: &Inst, sp: i32) -> Option<[i32; 2]> {
-    let bytes = match inst.op() {
-        Op::STRB_immediate | Op::STRBT => 1,
-        Op::STRH_immediate | Op::STRHT => 2,
-        _ => 4 * i32::from(inst.words()),
-    };
-    let offset = inst.first_offset()?;
-    let from = (inst.class() != Class::StoreOrdered).then_some(sp + offset)?;
-    Some([from, from + bytes])
-}
-
-/// The slot that an instruction loads a register from, or stores it to.
-fn slot(inst: &Inst, sp: i32, register: u8, stores: bool) -> Option<i32> {
-    use Class::*;
-    if inst.n != reg::SP {
-        return None;
-    }
-    let from = sp + inst.first_offset()?;
-    let list = inst.imm as u16;
-    let below = 4 * (u32::from(list) & ((1 << register) - 1)).count_ones() as i32;
-    let listed = list >> register & 1 != 0;
-    match (inst.class(), stores) {
-        (StoreMultiple, true) | (LoadMultiple, false) if listed => Some(from + below),
-        (Load, false) if inst.t == register && inst.op() == Op::LDR_immediate => Some(from),
-        (Store, true) | (StoreDual, true) | (LoadDual, false) if inst.t == register => Some(from),
-        (StoreDual, true) | (LoadDual, false) if inst.t2 == register => Some(from + 4),
-        _ => None,
-    }
 }

@@ -15,7 +15,6 @@ use whippen_isa::timing::{Core, Evidence, Outcome, Pipe, Target, Timed};
 use whippen_isa::{Class, Cond, Inst, ItState, Op, RegSet, decode, is_wide, reg};
 
 use crate::Refusal;
-use crate::access::hands_stack;
 use crate::certificate::{Certificate, Function, Kind};
 use crate::effect::execute;
 use crate::elf::Elf;
@@ -142,7 +141,7 @@ impl Stepper<'_> {
         let decoded = Rc::new(Decoded {
             control: self.control(&inst, node.at)?,
             timed: self.core.prepare(&inst),
-            hands_stack: hands_stack(&inst),
+            hands_stack: inst.hands_stack(),
             inst,
         });
         let mut all = self.around.decoded.borrow_mut();

@@ -14,5 +14,4 @@ pub mod asm;
 pub mod control;
 mod features;
 pub mod image;
-pub mod stack;
 pub mod thumb;

@@ -26,7 +26,7 @@ use whippen_isa::{Inst, reg};
 
 use super::facts::{Facts, Interval};
 use super::unknown::{Unknown, UnknownTime};
-use bases::{Bases, steps};
+use bases::Bases;
 pub use graph_memory::GraphMemory;
 pub use waits::{Accessed, Waits};
 
@@ -406,7 +406,7 @@ impl<'a> Interference<'a> {
             };
         }
         let known = graph.bases.reach(inst, at).cloned();
-        known.unwrap_or_else(|| match graph.takes_stack_address || inst.n == reg::SP {
+        known.unwrap_or_else(|| match graph.hands_stack || inst.n == reg::SP {
             true => self.data.clone().and(self.stack.clone()),
             false => self.data.clone(),
         })

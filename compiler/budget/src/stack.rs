@@ -4,8 +4,7 @@
 //! there, and in which stack slots that was saved. That nobody else writes to those slots is the
 //! code's promise (its calling convention), not proven.
 
-use whippen_arm::stack::{Stored, loaded_slot, moved, stored, stored_slot};
-use whippen_isa::{Class, Inst, RegSet, reg};
+use whippen_isa::{Class, Inst, RegSet, Stored, reg};
 
 use super::graph::{Block, ContextId, Control, Destination, Edge, Graph, Item};
 use super::{NotBounded, Query};
@@ -195,7 +194,8 @@ impl StackSlot {
         let moves = defs.contains(RegSet::core(reg::SP));
         if moves {
             // What is no word is rounded down.
-            let by = moved(inst)
+            let by = inst
+                .sp_change_bytes()
                 .filter(|by| by % 4 == 0 && !inst.is_conditional())
                 .ok_or(NotBounded::Stack {
                     address: item.address,
@@ -206,7 +206,7 @@ impl StackSlot {
         }
         self.store(inst, before, context);
         if defs.contains(RegSet::core(reg::LR)) {
-            let slot = loaded_slot(inst, before, reg::LR);
+            let slot = inst.loaded_slot(before, reg::LR);
             self.returns = slot.is_some_and(|slot| self.saved.contains(&(slot, context)))
                 && !inst.is_conditional();
         }
@@ -218,12 +218,12 @@ impl StackSlot {
 
     /// A store to the stack: of LR, or over what was saved there.
     fn store(&mut self, inst: &Inst, before: i32, context: ContextId) {
-        match stored(inst, before) {
+        match inst.stored(before) {
             Stored::Nothing => {}
             Stored::Somewhere => self.saved.clear(),
             Stored::Bytes(from, end) => {
                 self.saved.retain(|(at, _)| at + 4 <= from || end <= *at);
-                let lr = stored_slot(inst, before, reg::LR);
+                let lr = inst.stored_slot(before, reg::LR);
                 let saves = self.returns && end - from >= 4 && !inst.is_conditional();
                 let slot = lr.filter(|_| saves).map(|slot| (slot, context));
                 self.saved.extend(slot);
@@ -241,7 +241,7 @@ impl StackSlot {
     ) -> Result<(), NotBounded> {
         let (inst, before) = (&item.inst, self.sp);
         if inst.defs().contains(RegSet::core(reg::SP)) {
-            self.sp += moved(inst).ok_or(NotBounded::Stack {
+            self.sp += inst.sp_change_bytes().ok_or(NotBounded::Stack {
                 address: item.address,
             })?;
         }
@@ -252,7 +252,8 @@ impl StackSlot {
         }
         let comes_back = match inst.class() {
             Class::BranchRegister | Class::Move => self.returns,
-            _ => loaded_slot(inst, before, reg::PC)
+            _ => inst
+                .loaded_slot(before, reg::PC)
                 .is_some_and(|slot| self.saved.contains(&(slot, context))),
         };
         let trusted = query.annotations.inside && context == 0;

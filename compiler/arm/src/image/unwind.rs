@@ -21,7 +21,6 @@ use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use super::flow::{Flow, state_at};
 use crate::control::Control;
-use crate::stack::{loaded_slot, moved, stored_slot};
 use whippen_isa::{Inst, ItState, reg};
 
 /// Registers that a caller may want back: R4 to R11 and LR.
@@ -153,7 +152,7 @@ impl Frame {
         let value = |register: u8| match inst.op() {
             whippen_isa::Op::MOV_register if inst.amount == 0 => copied(inst.m),
             _ => {
-                let loaded = loaded_slot(inst, sp, register).and_then(|at| self.slot(at));
+                let loaded = inst.loaded_slot(sp, register).and_then(|at| self.slot(at));
                 loaded.and_then(|slot| self.slots[slot])
             }
         };
@@ -163,12 +162,12 @@ impl Frame {
             registers[usize::from(register)] = value(register).filter(|_| !inst.is_conditional());
         }
         if defined(&reg::SP) {
-            let down = -(sp + moved(inst).unwrap_or(0)) / 4;
+            let down = -(sp + inst.sp_change_bytes().unwrap_or(0)) / 4;
             self.slots.resize(down.max(0) as usize, None);
         }
         // What has another base stores to no slot.
         for register in (0..15).filter(|_| inst.n == reg::SP) {
-            if let Some(slot) = stored_slot(inst, sp, register).and_then(|at| self.slot(at)) {
+            if let Some(slot) = inst.stored_slot(sp, register).and_then(|at| self.slot(at)) {
                 self.slots[slot] = copied(register).filter(|_| !inst.is_conditional());
             }
         }

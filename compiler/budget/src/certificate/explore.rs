@@ -150,7 +150,7 @@ impl Explorer<'_> {
         for block in &graph.blocks {
             for item in &block.items {
                 function.fetched |= self.around.fetched_at(item.address);
-                function.hands_stack |= whippen_audit::hands_stack(&item.inst);
+                function.hands_stack |= item.inst.hands_stack();
             }
             let targets = block.edges.iter().filter_map(|edge| edge.taken);
             for target in targets.filter(|target| target.address != SOMEWHERE) {

@@ -7,8 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use whippen_arm::stack::{loaded_slot, moved, stored_slot};
-use whippen_isa::{Class, Inst, Op};
+use whippen_isa::Inst;
 
 use super::Reach;
 use super::indexed::{self, Indexed};
@@ -74,8 +73,7 @@ impl Bases {
 /// The instructions of functions that move a register and bring it back; none where something
 /// else moves it.
 fn inside(graph: &Graph, register: u8) -> Option<BTreeSet<u32>> {
-    let moves =
-        |inst: &Inst| inst.defs().core_bits() >> register & 1 != 0 && !steps(inst, register);
+    let moves = |inst: &Inst| inst.defs().core_bits() >> register & 1 != 0 && !inst.steps(register);
     let blocks = graph.blocks.iter();
     let moving = blocks.filter(|block| block.items.iter().any(|item| moves(&item.inst)));
     let moving: BTreeSet<ContextId> = moving.map(|block| block.context).collect();
@@ -112,35 +110,14 @@ pub(super) fn keeps(graph: &Graph, context: ContextId, register: u8) -> bool {
     let first = entry.and_then(|block| block.items.first());
     let saved = first
         .filter(|item| !item.inst.is_conditional())
-        .and_then(|item| stored_slot(&item.inst, 0, register));
+        .and_then(|item| item.inst.stored_slot(0, register));
     let back = |inst: &Inst| {
-        let by = moved(inst).filter(|_| !inst.is_conditional())?;
-        loaded_slot(inst, -by, register)
+        let by = inst.sp_change_bytes().filter(|_| !inst.is_conditional())?;
+        inst.loaded_slot(-by, register)
     };
     let mut returns = own()
         .flat_map(|block| &block.items)
         .filter(|item| item.control == Control::Return)
         .peekable();
     saved.is_some() && returns.peek().is_some() && returns.all(|item| back(&item.inst) == saved)
-}
-
-/// Instructions that add a constant to a register, or take it away.
-const STEPS: [Op; 4] = [
-    Op::ADD_immediate,
-    Op::SUB_immediate,
-    Op::ADD_SP_plus_immediate,
-    Op::SUB_SP_minus_immediate,
-];
-
-/// Whether an instruction that writes a register leaves there what was there, some constant
-/// further.
-pub(super) fn steps(inst: &Inst, register: u8) -> bool {
-    match inst.class() {
-        Class::Load | Class::LoadDual => {
-            inst.wback && inst.n == register && inst.t != register && inst.t2 != register
-        }
-        Class::LoadMultiple => inst.n == register && inst.imm >> register & 1 == 0,
-        Class::Store | Class::StoreDual | Class::StoreMultiple => inst.n == register,
-        _ => STEPS.contains(&inst.op()) && inst.n == register,
-    }
 }

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use whippen_isa::{Inst, Op, ShiftType};
 
-use super::bases::{keeps, steps};
+use super::bases::keeps;
 use crate::graph::{Block, Control, Edge, Graph, Item};
 
 /// Of each register, the pointer that it was made of.
@@ -131,7 +131,7 @@ impl<F: Fn(&Item) -> bool> Analysis<'_, F> {
             false => None,
         };
         for register in (0..16).filter(|register| inst.defs().core_bits() >> register & 1 != 0) {
-            if !steps(inst, register) {
+            if !inst.steps(register) {
                 made[usize::from(register)] = written;
             }
         }

@@ -8,7 +8,7 @@ use whippen_board::Memory;
 use whippen_isa::{Inst, reg};
 
 use super::access::{addresses, roughly};
-use super::{GraphMemory, Interference, steps};
+use super::{GraphMemory, Interference};
 use crate::facts::Facts;
 use crate::graph::Item;
 
@@ -67,7 +67,7 @@ impl Interference<'_> {
 fn have_one_pointer(first: &Inst, second: &Inst) -> bool {
     let is_pointer =
         |inst: &Inst| inst.base() != reg::PC && (!inst.is_by_register() || has_index(inst));
-    let kept = first.defs().core_bits() >> first.n & 1 == 0 || steps(first, first.n);
+    let kept = first.defs().core_bits() >> first.n & 1 == 0 || first.steps(first.n);
     first.n == second.n && is_pointer(first) && is_pointer(second) && kept
 }
 

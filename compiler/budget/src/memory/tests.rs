@@ -187,7 +187,7 @@ fn of_code(at: u32, words: &[u16]) -> (BankSet, bool) {
     };
     let graph = Graph::build(&query, &crate::graph::Tables::default()).expect("a graph");
     let memory = GraphMemory::of(&BTreeMap::new(), &graph, Some(&around));
-    (memory.fetched, memory.takes_stack_address)
+    (memory.fetched, memory.hands_stack)
 }
 
 const NOP: u16 = 0xbf00;

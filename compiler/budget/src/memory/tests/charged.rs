@@ -54,10 +54,10 @@ fn of(text: &str, r0: [u32; 2]) -> Result<Waits, UnknownTime> {
     around(&board).waits(&inst(text), AT, &facts, &graph, &Outcome::NEXT)
 }
 
-fn of_code(takes_stack_address: bool) -> GraphMemory {
+fn of_code(hands_stack: bool) -> GraphMemory {
     GraphMemory {
         fetched: 0b1111,
-        takes_stack_address,
+        hands_stack,
         ..GraphMemory::default()
     }
 }
