@@ -1,8 +1,11 @@
 //! Fast and exact ways give the same state and the same cycles.
 
+#[path = "../made/plain.rs"]
+mod plain;
+
 use crate::support::{CODE, Count, DATA, Random, machine};
 use whippen_emulator::{CoreKind, Machine, Register};
-use whippen_isa::{Class, ItState, Op, RegSet, decode, is_wide};
+use whippen_isa::is_wide;
 
 /// Random instructions that stay in line and on the data, with loops and branches forward between
 /// them.
@@ -16,42 +19,18 @@ fn program(core: CoreKind, random: &mut Random) -> Vec<u16> {
             0 => code.extend([0xd000 | ((random.word() % 14) << 8) as u16, 0x3001]),
             // str r1, [r6, #imm]; ldr r2, [r6, #imm]
             1 => code.extend([0x6031 | hw1 & 0x07c0, 0x6832 | hw2 & 0x07c0]),
-            _ => {
-                let Ok(inst) = decode(hw1, hw2, core.arch(), ItState::OUTSIDE) else {
-                    continue;
-                };
-                let kept = RegSet::core_list(1 << 6 | 1 << 7 | 1 << 13 | 1 << 14 | 1 << 15);
-                let plain = !matches!(
-                    inst.class(),
-                    Class::Wait
-                        | Class::Exception
-                        | Class::Special
-                        | Class::It
-                        | Class::Coprocessor
-                        | Class::Security
-                ) && !has_memory(inst.class())
-                    && !format!("{:?}", inst.class()).starts_with("Float");
-                if plain && !inst.defs().intersects(kept) && inst.op() != Op::ISB {
-                    code.push(hw1);
-                    if is_wide(hw1) {
-                        code.push(hw2);
-                    }
-                }
+            // R6, R7 and R13 to R15 are kept.
+            _ if plain::is_plain(core.arch(), [hw1, hw2], 0xe0c0) => {
+                code.push(hw1);
+                code.extend(is_wide(hw1).then_some(hw2));
             }
+            _ => {}
         }
     }
     // subs r7, #1; beq .+4; b start; bx lr
     let back = -(code.len() as i32 + 4 - 1) & 0x7ff;
     code.extend([0x3f01, 0xd000, 0xe000 | back as u16, 0x4770]);
     code
-}
-
-fn has_memory(class: Class) -> bool {
-    let name = format!("{class:?}");
-    name.contains("Load")
-        || name.contains("Store")
-        || name.contains("Branch")
-        || name.contains("Preload")
 }
 
 fn prepare(core: CoreKind, code: &[u16], random: &mut Random) -> (Machine, [u32; 4]) {

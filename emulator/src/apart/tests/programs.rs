@@ -1,31 +1,13 @@
 //! Random programs: loops on a core's own data, and between them what the other one can see or what
 //! has to be exact.
 
+#[path = "../../../tests/made/plain.rs"]
+mod plain;
+
 use super::Random;
 use super::devices;
-use whippen_isa::{Class, ItState, Op, RegSet, decode, is_wide};
-
-/// Whether a random instruction stays in line, away from memory and from R4 to R14.
-fn is_plain(hw1: u16, hw2: u16) -> bool {
-    let Ok(inst) = decode(hw1, hw2, whippen_isa::Arch::V8M, ItState::OUTSIDE) else {
-        return false;
-    };
-    let name = format!("{:?}", inst.class());
-    let away = ["Load", "Store", "Branch", "Preload", "Float"];
-    let odd = matches!(
-        inst.class(),
-        Class::Wait
-            | Class::Exception
-            | Class::Special
-            | Class::It
-            | Class::Coprocessor
-            | Class::Security
-    );
-    let kept = RegSet::core_list(0xfff0);
-    !odd && !away.iter().any(|part| name.contains(part))
-        && !inst.defs().intersects(kept)
-        && inst.op() != Op::ISB
-}
+use plain::is_plain;
+use whippen_isa::{Arch, is_wide};
 
 /// Instructions of each kind that is translated in place and is not among the others, with what
 /// they need and what undoes what they do to R3 to R14. R7 counts down, so it is odd at times.
@@ -87,7 +69,8 @@ fn own(random: &mut Random, kinds: u32, code: &mut Vec<u16>) {
         9 => code.extend([0xe886, 0x0007]),                                  // stm r6, {r0-r2}
         10 => code.extend([0xe9d6, 0x0100 | hw2 & 31]), // ldrd r0, r1, [r6, ..]
         11 => code.extend([0xe9c6, 0x0100 | hw2 & 31]), // strd r0, r1, [r6, ..]
-        _ if is_plain(hw1, hw2) => {
+        // R4 and up are kept.
+        _ if is_plain(Arch::V8M, [hw1, hw2], 0xfff0) => {
             code.push(hw1);
             code.extend(is_wide(hw1).then_some(hw2));
         }
