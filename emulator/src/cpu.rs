@@ -60,9 +60,31 @@ pub struct Cpu {
     pub(crate) trap: Option<crate::trap::Trap>,
 }
 
-/// What instructions change that do not need the exact cycle: all but the system's registers.
-#[derive(Clone, Copy)]
-pub(crate) struct SavedRegisters {
+/// Names what of a core is saved and put back.
+macro_rules! saved {
+    ($($field:ident: $kind:ty,)*) => {
+        /// What instructions change that do not need the exact cycle: all but the system's
+        /// registers.
+        #[derive(Clone, Copy)]
+        pub(crate) struct SavedRegisters {
+            $($field: $kind,)*
+        }
+
+        impl Cpu {
+            /// What instructions change that do not need the exact cycle.
+            pub(crate) fn registers(&self) -> SavedRegisters {
+                SavedRegisters { $($field: self.$field,)* }
+            }
+
+            /// Puts them back.
+            pub(crate) fn set_registers(&mut self, saved: &SavedRegisters) {
+                $(self.$field = saved.$field;)*
+            }
+        }
+    };
+}
+
+saved! {
     r: [u32; 16],
     pc: u32,
     negative: u32,
@@ -128,42 +150,6 @@ impl Cpu {
             outcomes: 1,
             trap: None,
         }
-    }
-
-    /// What instructions change that do not need the exact cycle.
-    pub(crate) fn registers(&self) -> SavedRegisters {
-        SavedRegisters {
-            r: self.r,
-            pc: self.pc,
-            negative: self.negative,
-            zero: self.zero,
-            carry: self.carry,
-            overflow: self.overflow,
-            q: self.q,
-            ge: self.ge,
-            it: self.it,
-            thumb: self.thumb,
-            s: self.s,
-            fpscr: self.fpscr,
-            outcomes: self.outcomes,
-        }
-    }
-
-    /// Puts them back.
-    pub(crate) fn set_registers(&mut self, registers: &SavedRegisters) {
-        self.r = registers.r;
-        self.pc = registers.pc;
-        self.negative = registers.negative;
-        self.zero = registers.zero;
-        self.carry = registers.carry;
-        self.overflow = registers.overflow;
-        self.q = registers.q;
-        self.ge = registers.ge;
-        self.it = registers.it;
-        self.thumb = registers.thumb;
-        self.s = registers.s;
-        self.fpscr = registers.fpscr;
-        self.outcomes = registers.outcomes;
     }
 
     /// Prepares for an instruction that begins in a known cycle.
