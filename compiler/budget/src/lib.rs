@@ -26,6 +26,9 @@ mod arena;
 mod block;
 mod calls;
 mod certificate;
+#[cfg(test)]
+#[path = "../tests/made/chip.rs"]
+mod chip;
 mod code;
 mod contention;
 mod core_stack;

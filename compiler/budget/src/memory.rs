@@ -493,4 +493,4 @@ fn banks_of(set: BankSet) -> impl Iterator<Item = u8> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

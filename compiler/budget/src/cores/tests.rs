@@ -1,8 +1,8 @@
 //! Who else is at banks and bridges, of sections laid out by hand.
 
 use super::*;
-use crate::memory::tests::board;
-use whippen_board::{Bench, CONVERTER_RANGES, ColumnWires, Columns};
+use crate::chip::{board, columns};
+use whippen_board::Bench;
 use whippen_isa::Arch;
 
 /// A section of so many bytes, code where its name says so.
@@ -134,20 +134,7 @@ fn a_dma_is_waited_for_at_its_bridge_and_at_memory() {
     });
     assert_eq!(waits(false, &board), Some((0x400a_0000, 2 * 16, 16)));
     assert_eq!(waits(true, &board), Some((0x400a_0000, 2 * 16, 0)));
-    board.columns = Some(Columns {
-        clock: 2,
-        select: 3,
-        command: 4,
-        enable: 5,
-        fault: None,
-        columns: vec![ColumnWires {
-            to_dac: 6,
-            from_adc: 7,
-        }],
-        range: CONVERTER_RANGES[0],
-        pulls_down: false,
-        period_cycles: 3400,
-    });
+    board.columns = Some(columns(1));
     // A word of each of eight keys either way, and eight commands.
     assert_eq!(waits(false, &board), Some((0x5020_0000, 2 * 2, 24)));
 }

@@ -80,51 +80,28 @@ fn has_index(inst: &Inst) -> bool {
 mod tests {
     use std::collections::BTreeMap;
 
-    use whippen_board::{AccessTime, BankSet, Board, Memory, MemoryKind, Start};
+    use whippen_board::{BankSet, Board};
     use whippen_isa::Arch;
     use whippen_isa::timing::Core;
     use whippen_words::assembled;
 
+    use crate::chip::{self, ram};
     use crate::{Annotations, Code, Interference, Lies, Others, Query, Reach, bound};
-
-    fn memory(name: &str, base: u32, bank: u8) -> Memory {
-        Memory {
-            name: name.into(),
-            base,
-            size: 0x1_0000,
-            kind: MemoryKind::Ram,
-            access: AccessTime::Cycles(1),
-            fetch: AccessTime::Cycles(1),
-            striped: false,
-            banks: vec![bank],
-        }
-    }
 
     /// Code at 0, two memories for data.
     fn board() -> Board {
+        let memory = |name, base, bank| ram(name, base, 0x1_0000, &[bank]);
         Board {
-            name: "own".into(),
             arch: Arch::V7EM,
             cores: 1,
-            clock_hz: 168_000_000,
-            start: Start::Vectors,
-            uf2_family: None,
-            fetches_apart: true,
-            banks: ["SRAM1", "CCM", "SRAM2"].map(String::from).to_vec(),
             memory: vec![
                 memory("sram1", 0, 0),
                 memory("ccm", 0x1000_0000, 1),
                 memory("sram2", 0x2001_0000, 2),
             ],
             buses: Vec::new(),
-            devices: Vec::new(),
-            converter_interrupt: 56,
             stacks: vec![0x2002_0000],
-            places: Vec::new(),
-            knob: None,
-            bench: None,
-            columns: None,
-            i2s: None,
+            ..chip::board()
         }
     }
 

@@ -3,64 +3,10 @@
 mod charged;
 
 use super::*;
+use crate::chip::board;
 use crate::graph::Graph;
 use std::collections::BTreeMap;
-use whippen_board::{Bus, MemoryKind, Start};
 use whippen_isa::{Arch, ItState, decode};
-
-fn memory(name: &str, base: u32, size: u32, banks: Vec<u8>) -> Memory {
-    Memory {
-        name: name.into(),
-        base,
-        size,
-        kind: MemoryKind::Ram,
-        access: AccessTime::Cycles(1),
-        fetch: AccessTime::Cycles(1),
-        striped: banks.len() > 1,
-        banks,
-    }
-}
-
-/// Two striped groups, a bank for each core, flash, a bus.
-pub(crate) fn board() -> Board {
-    let flash = Memory {
-        access: AccessTime::NotBounded,
-        fetch: AccessTime::NotBounded,
-        ..memory("flash", 0x1000_0000, 0x1_0000, Vec::new())
-    };
-    Board {
-        name: "own".into(),
-        arch: Arch::V8M,
-        cores: 2,
-        clock_hz: 150_000_000,
-        start: Start::ImageDef,
-        uf2_family: None,
-        fetches_apart: true,
-        banks: (0..10).map(|bank| format!("SRAM{bank}")).collect(),
-        memory: vec![
-            flash,
-            memory("sram0", 0x2000_0000, 256 << 10, vec![0, 1, 2, 3]),
-            memory("sram4", 0x2004_0000, 256 << 10, vec![4, 5, 6, 7]),
-            memory("sram8", 0x2008_0000, 4 << 10, vec![8]),
-            memory("sram9", 0x2008_1000, 4 << 10, vec![9]),
-        ],
-        buses: vec![Bus {
-            name: "apb".into(),
-            base: 0x4000_0000,
-            size: 0x1000_0000,
-            read_cycles: 3,
-            write_cycles: 4,
-        }],
-        devices: Vec::new(),
-        converter_interrupt: 46,
-        stacks: vec![0x2008_1000, 0x2008_2000],
-        places: Vec::new(),
-        knob: None,
-        bench: None,
-        columns: None,
-        i2s: None,
-    }
-}
 
 /// Of an instruction at an address whose R0 lies between two addresses, on core 0, while core 1
 /// uses its own banks.

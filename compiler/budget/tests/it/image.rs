@@ -1,15 +1,14 @@
 //! Small images: Kernels in text, the RP2350, and the bounds of what is built of them.
 
-use whippen_board::{
-    AccessTime, Board, Bus, CONVERTER_RANGES, ColumnWires, Columns, Memory, MemoryKind, Placement,
-    Start,
-};
+#[path = "../made/chip.rs"]
+mod chip;
+
+use whippen_board::{Board, Bus, Placement};
 use whippen_budget::{Bounded, Program, cores};
 use whippen_firmware::{
     FirmwareImage, GuardedDrive, GuardedPort, InParts, Instrument, Midi, Motor, OwnTexts, Setup,
     Velocities, build_divided,
 };
-use whippen_isa::Arch;
 use whippen_keyboard::{InstrumentId, Layout, Program as Zones, ProgramId};
 use whippen_modes::{INSTRUCTIONS, Modes, specialize};
 use whippen_parts::{Beside, split_together};
@@ -55,31 +54,8 @@ const SPRING: &str = "kernel spring @44100 {
 }
 ";
 
-/// The RP2350, as the emulator has it.
+/// The RP2350 with a converter of the emulator's.
 pub fn rp2350() -> Board {
-    let memory = |name: &str, base, size, banks: &[u8]| Memory {
-        name: name.into(),
-        base,
-        size,
-        kind: MemoryKind::Ram,
-        access: AccessTime::Cycles(1),
-        fetch: AccessTime::Cycles(1),
-        striped: banks.len() > 1,
-        banks: banks.to_vec(),
-    };
-    let flash = Memory {
-        kind: MemoryKind::Flash,
-        access: AccessTime::NotBounded,
-        fetch: AccessTime::NotBounded,
-        ..memory("flash", 0x1000_0000, 4 << 20, &[])
-    };
-    let bus = |name: &str, base, size, [read_cycles, write_cycles]: [u16; 2]| Bus {
-        name: name.into(),
-        base,
-        size,
-        read_cycles,
-        write_cycles,
-    };
     let places = [
         (".vectors", "flash"),
         (".image_def", "flash"),
@@ -112,35 +88,17 @@ pub fn rp2350() -> Board {
         ("io_bank0", 0x4002_8000),
         ("watchdog", 0x400d_8000),
     ];
-    Board {
-        name: "rp2350".into(),
-        arch: Arch::V8M,
-        cores: 2,
-        clock_hz: 150_000_000,
-        start: Start::ImageDef,
-        uf2_family: None,
-        fetches_apart: true,
-        banks: (0..10).map(|bank| format!("SRAM{bank}")).collect(),
-        memory: vec![
-            flash,
-            memory("sram0", 0x2000_0000, 256 << 10, &[0, 1, 2, 3]),
-            memory("sram4", 0x2004_0000, 256 << 10, &[4, 5, 6, 7]),
-            memory("sram8", 0x2008_0000, 4 << 10, &[8]),
-            memory("sram9", 0x2008_1000, 4 << 10, &[9]),
-        ],
-        buses: vec![
-            bus("apb", 0x4000_0000, 256 << 20, [3, 4]),
-            bus("sio", 0xd000_0000, 256 << 10, [1, 1]),
-        ],
-        devices: devices.map(|(name, at)| (name.to_string(), at)).to_vec(),
-        converter_interrupt: 46,
-        stacks: vec![0x2008_1000, 0x2008_2000],
-        places: places.into_iter().flat_map(placed).collect(),
-        knob: None,
-        bench: None,
-        columns: None,
-        i2s: None,
-    }
+    let mut board = chip::board();
+    board.buses.push(Bus {
+        name: "sio".into(),
+        base: 0xd000_0000,
+        size: 256 << 10,
+        read_cycles: 1,
+        write_cycles: 1,
+    });
+    board.devices = devices.map(|(name, at)| (name.to_string(), at)).to_vec();
+    board.places = places.into_iter().flat_map(placed).collect();
+    board
 }
 
 /// The same with three columns of keys, on one core, and a DMA that moves their words.
@@ -148,20 +106,7 @@ pub fn columns() -> Board {
     let mut board = rp2350();
     board.cores = 1;
     board.stacks.truncate(1);
-    let wires = [(6, 7), (8, 9), (10, 11)];
-    board.columns = Some(Columns {
-        clock: 2,
-        select: 3,
-        command: 4,
-        enable: 5,
-        fault: None,
-        columns: wires
-            .map(|(to_dac, from_adc)| ColumnWires { to_dac, from_adc })
-            .to_vec(),
-        range: CONVERTER_RANGES[0],
-        pulls_down: false,
-        period_cycles: 3400,
-    });
+    board.columns = Some(chip::columns(3));
     board.buses.insert(
         1,
         Bus {
