@@ -162,10 +162,7 @@ impl Stepper<'_> {
         } else {
             0
         };
-        let it = match node.it {
-            0 => ItState::OUTSIDE,
-            bits => ItState::after_it(bits >> 4, bits & 15).unwrap_or(ItState::OUTSIDE),
-        };
+        let it = ItState::from_bits(node.it).unwrap_or_default();
         decode(first, second, self.core.arch, it)
             .map_err(|_| Refusal::at(at, "is no instruction that may be executed"))
     }
@@ -276,15 +273,8 @@ impl Stepping<'_, '_> {
 
     /// The instruction behind this one.
     fn next(&self) -> Node {
-        let it = match self.node.it {
-            0 => ItState::OUTSIDE,
-            bits => ItState::after_it(bits >> 4, bits & 15).unwrap_or(ItState::OUTSIDE),
-        };
-        let it = match self.inst.class() {
-            Class::It => ItState::after_it((self.inst.imm >> 4) as u8, self.inst.imm as u8 & 15)
-                .unwrap_or(ItState::OUTSIDE),
-            _ => it.advance(),
-        };
+        let it = ItState::from_bits(self.node.it).unwrap_or_default();
+        let it = self.inst.it_behind(it).unwrap_or_default();
         Node {
             at: self.at().wrapping_add(self.inst.size()),
             it: it.bits(),

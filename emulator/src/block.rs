@@ -155,11 +155,7 @@ impl Block {
             memo: Default::default(),
         });
         self.end = address.wrapping_add(inst.size());
-        self.end_it = match inst.op() {
-            I::IT => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-                .unwrap_or(ItState::OUTSIDE),
-            _ => it.advance(),
-        };
+        self.end_it = inst.it_behind(it).unwrap_or_default();
         self.cycles_max += cycles_max(&inst);
     }
 }

@@ -234,7 +234,7 @@ impl Cpu {
         };
         self.thumb = word >> 24 & 1 != 0;
         let it = (word >> 25 & 3 | (word >> 10 & 63) << 2) as u8;
-        self.it = ItState::after_it(it >> 4, it & 15).unwrap_or(ItState::OUTSIDE);
+        self.it = ItState::from_bits(it).unwrap_or_default();
     }
 
     /// Whether the core is in Handler mode.

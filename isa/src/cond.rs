@@ -136,6 +136,15 @@ impl ItState {
         Some(Self(firstcond << 4 | mask))
     }
 
+    /// The state that the register has with these bits, as [`ItState::bits`] gives them; nothing
+    /// where they are UNPREDICTABLE.
+    pub const fn from_bits(bits: u8) -> Option<Self> {
+        match bits {
+            0 => Some(Self::OUTSIDE),
+            _ => Self::after_it(bits >> 4, bits & 15),
+        }
+    }
+
     /// `InITBlock()`.
     pub const fn inside(self) -> bool {
         self.0 & 15 != 0

@@ -13,7 +13,7 @@
 
 use crate::arch::Arch;
 use crate::class::Class;
-use crate::cond::Cond;
+use crate::cond::{Cond, ItState};
 use crate::effects::{FlagUse, Flags, Operand, Operands};
 use crate::imm::{ShiftType, thumb_imm_carry};
 use crate::pattern::Field;
@@ -110,6 +110,15 @@ impl Inst {
     pub fn is_conditional(&self) -> bool {
         let always = self.encoding.row().rules.has(Rule::Unconditional);
         !always && self.cond.is_some_and(|c| c != Cond::AL)
+    }
+
+    /// The state of IT behind it, where `it` is that in front of it; nothing behind an IT whose
+    /// block is UNPREDICTABLE, which [`crate::decode`] does not give.
+    pub fn it_behind(&self, it: ItState) -> Option<ItState> {
+        match self.class() {
+            Class::It => ItState::after_it((self.imm >> 4) as u8, (self.imm & 15) as u8),
+            _ => Some(it.advance()),
+        }
     }
 
     /// The same operands in the first encoding of the instruction, 16-bit ones first, that `arch`

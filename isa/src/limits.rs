@@ -109,7 +109,7 @@ fn repeated(inst: &Inst, row: &Row, word: u32) -> bool {
 fn place_in_it(inst: &Inst, row: &Row, in_it: bool, last: bool) -> bool {
     let rules = &row.rules;
     let writes_pc = || inst.defs().contains(reg::RegSet::core(PC));
-    let no_block = || ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8).is_none();
+    let no_block = || inst.it_behind(ItState::OUTSIDE).is_none();
     (in_it && rules.has(Rule::NotInIt))
         || (in_it && !last && rules.has(Rule::LastInIt))
         || (in_it && !last && rules.has(Rule::LastInItIfPc) && writes_pc())

@@ -172,11 +172,7 @@ fn printed(bound: &Bound, code: &Code, arch: Arch) -> Result<String, String> {
             .decode(step.address, arch, it)
             .ok_or("a path outside of the code")?;
         let inst = inst.map_err(|error| format!("{:08x}: {error:?}", step.address))?;
-        it = match inst.op() {
-            whippen_isa::Op::IT => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-                .unwrap_or(ItState::OUTSIDE),
-            _ => it.advance(),
-        };
+        it = inst.it_behind(it).unwrap_or_default();
         let at = step.address - CODE;
         let _ = write!(text, "\n{at:04x}  {:3}  {inst}", step.cycles);
         if step.times > 1 {

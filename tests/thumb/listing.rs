@@ -6,7 +6,7 @@ use whippen_compiler::kernel::{Kernel, parse};
 use whippen_compiler::modes::Modes;
 use whippen_compiler::thumb::{Options, compile};
 use whippen_emulator::CoreKind;
-use whippen_isa::{Arch, ItState, Op, decode};
+use whippen_isa::{Arch, ItState, decode};
 
 const SPRING: &str = "\
 kernel spring @44100 {
@@ -58,9 +58,7 @@ fn listing(code: &[u8], symbols: &[(u32, String)]) -> String {
             String::new()
         };
         let _ = writeln!(text, "{at:4x}  {:04x} {second:4}  {inst}", half(at));
-        let begun = (inst.op() == Op::IT)
-            .then(|| ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8));
-        it = begun.flatten().unwrap_or(it.advance());
+        it = inst.it_behind(it).unwrap_or_default();
         at += inst.size() as usize;
     }
     text

@@ -218,7 +218,7 @@ impl Piece {
             "point" => self.points.push(Point {
                 context: words.number()?,
                 at: words.number()?,
-                it: it_of_bits(words.number()?).ok_or("is no state of IT")?,
+                it: ItState::from_bits(words.number()?).ok_or("is no state of IT")?,
                 place: words.number()?,
                 loops: words.rest()?,
                 states: Vec::new(),
@@ -230,13 +230,6 @@ impl Piece {
             other => return Err(format!("`{other}` is no entry")),
         }
         Ok(())
-    }
-}
-
-fn it_of_bits(bits: u8) -> Option<ItState> {
-    match bits {
-        0 => Some(ItState::OUTSIDE),
-        _ => ItState::after_it(bits >> 4, bits & 15),
     }
 }
 

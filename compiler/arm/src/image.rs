@@ -47,7 +47,7 @@ pub use lines::{Place, places};
 pub use link::{Input, LinkError, link};
 pub use linked::{Image, Linked, Named, Segment};
 pub use listing::listing;
-pub(crate) use listing::{after, outcome};
+pub(crate) use listing::outcome;
 pub use map::map;
 pub use object::{
     Fixup, FixupKind, Hint, LineRow, Object, Section, SectionKind, Symbol, SymbolKind,

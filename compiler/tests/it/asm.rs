@@ -173,12 +173,7 @@ fn it_reads_back() {
             Op::B => format!("bne . + ({})\n", inst.offset() + 4),
             _ => format!("{inst}\n"),
         };
-        it = match inst.op() {
-            Op::IT => {
-                ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8).expect("a block")
-            }
-            _ => it.advance(),
-        };
+        it = inst.it_behind(it).expect("a block");
         at += inst.size() as usize;
     }
     assert_eq!(assembled(&again).sections[0].bytes, bytes, "{again}");

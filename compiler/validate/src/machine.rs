@@ -174,8 +174,7 @@ impl<'a> Machine<'a> {
 
     fn step(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Next> {
         if inst.op() == Op::IT {
-            let it = ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8);
-            let Some(it) = it else {
+            let Some(it) = inst.it_behind(self.it) else {
                 return unproven("an IT block without a meaning");
             };
             self.it = it;

@@ -186,7 +186,9 @@ fn step(line: &str, core: &Core, it: &mut ItState) -> Result<Option<Step>, Strin
     let said = rest[5 * code.len() - 1..].trim();
     let second = code.get(1).copied().unwrap_or(0);
     let inst = decode(code[0], second, core.arch, *it).map_err(|e| format!("{line}: {e:?}"))?;
-    *it = after(*it, &inst).ok_or_else(|| format!("a block: {line}"))?;
+    *it = inst
+        .it_behind(*it)
+        .ok_or_else(|| format!("a block: {line}"))?;
     let text = inst.to_string();
     let does = said
         .strip_prefix(&*text)
@@ -198,13 +200,6 @@ fn step(line: &str, core: &Core, it: &mut ItState) -> Result<Option<Step>, Strin
         inst,
         text,
     }))
-}
-
-fn after(it: ItState, inst: &Inst) -> Option<ItState> {
-    if inst.op() != Op::IT {
-        return Some(it.advance());
-    }
-    ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8)
 }
 
 fn parse_does(text: &str, line: &str) -> Result<Does, String> {

@@ -83,7 +83,7 @@ fn source(inst: &Inst) -> String {
 
 /// The conditions of an IT instruction's block.
 fn block_of(it: &Inst) -> Vec<Cond> {
-    let mut state = ItState::after_it((it.imm >> 4) as u8, (it.imm & 15) as u8).unwrap_or_default();
+    let mut state = it.it_behind(ItState::OUTSIDE).unwrap_or_default();
     let mut block = Vec::new();
     while let Some(cond) = state.cond() {
         block.push(cond);

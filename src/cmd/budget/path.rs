@@ -35,11 +35,7 @@ impl ImageProof<'_> {
             else {
                 continue;
             };
-            it = match inst.class() {
-                Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-                    .unwrap_or(ItState::OUTSIDE),
-                _ => it.advance(),
-            };
+            it = inst.it_behind(it).unwrap_or_default();
             let _ = writeln!(
                 text,
                 "        {:<40}@ {:08x} {}",

@@ -23,11 +23,7 @@ pub fn instructions(code: &Code, arch: Arch, from: u32, to: u32) -> Vec<Placed> 
             break;
         };
         all.push((at, it, inst));
-        it = match inst.op() {
-            Op::IT => ItState::after_it((inst.imm >> 4) as u8, (inst.imm & 15) as u8)
-                .expect("it was decoded"),
-            _ => it.advance(),
-        };
+        it = inst.it_behind(it).expect("it was decoded");
         at += inst.size();
     }
     all

@@ -8,7 +8,7 @@ mod effect;
 pub use comparison::comparisons_and_results;
 pub use effect::instructions;
 
-use whippen_isa::{Arch, Class, Cond, Inst, ItState, parse};
+use whippen_isa::{Arch, Cond, Inst, ItState, parse};
 
 /// From the first to the second, both included.
 pub type Ends = [i64; 2];
@@ -44,11 +44,7 @@ pub fn assembled(texts: &[&str], arch: Arch) -> Vec<u8> {
             continue;
         }
         let inst = parse(text, arch, it.cond()).unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
-        it = match inst.class() {
-            Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-                .expect("an IT instruction"),
-            _ => it.advance(),
-        };
+        it = inst.it_behind(it).expect("an IT instruction");
         let (first, second) = inst.encode(arch).expect("it has bits").halfwords();
         let halves = [Some(first), second].into_iter().flatten();
         bytes.extend(halves.flat_map(u16::to_le_bytes));

@@ -63,13 +63,7 @@ fn put(
     match &item.what {
         What::Instruction(instruction) => {
             let encoded = instruction.encode(unit, at, it.cond())?;
-            *it = match encoded.inst.op() {
-                Op::IT => {
-                    ItState::after_it((encoded.inst.imm >> 4) as u8, (encoded.inst.imm & 15) as u8)
-                        .unwrap_or_default()
-                }
-                _ => it.advance(),
-            };
+            *it = encoded.inst.it_behind(*it).unwrap_or_default();
             if let Some((kind, symbol, addend)) = encoded.fixup {
                 let kind = if encoded.inst.op() == Op::BL {
                     FixupKind::ThumbCall

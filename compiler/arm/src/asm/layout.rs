@@ -1,6 +1,6 @@
 //! Where everything lies. Branches and literal loads begin narrow and are widened until all reach.
 
-use whippen_isa::{ItState, Op};
+use whippen_isa::ItState;
 
 use super::item::{AssemblyUnit, What};
 
@@ -60,13 +60,8 @@ fn widen(unit: &mut AssemblyUnit, section: usize) -> Result<bool, Located> {
         let encoded = instruction
             .encode(unit, (section, item), it.cond())
             .map_err(located)?;
-        it = match encoded.inst.op() {
-            Op::IT => {
-                ItState::after_it((encoded.inst.imm >> 4) as u8, (encoded.inst.imm & 15) as u8)
-                    .ok_or_else(|| located("this IT block cannot be".to_string()))?
-            }
-            _ => it.advance(),
-        };
+        let behind = encoded.inst.it_behind(it);
+        it = behind.ok_or_else(|| located("this IT block cannot be".to_string()))?;
         let size = encoded.code.size();
         if size > placed.size {
             unit.sections[section].items[item].size = size;

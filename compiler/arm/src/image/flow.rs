@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use super::linked::Image;
 use super::object::{FixupKind, Hint, Object, SectionKind, SymbolKind};
 use crate::control::{Control, falls_through};
-use whippen_isa::{Arch, Class, Inst, ItState, decode};
+use whippen_isa::{Arch, Inst, ItState, decode};
 
 /// Some code and what its bytes do not say.
 #[derive(Debug)]
@@ -167,10 +167,8 @@ pub(super) fn of_object(object: &Object, arch: Arch) -> Flow<'_> {
 
 /// The place in an IT block of an instruction to which another one leads.
 pub(super) fn state_at(to: u32, from: u32, inst: &Inst, it: ItState) -> ItState {
-    match inst.class() {
-        _ if to != from + inst.size() => ItState::OUTSIDE,
-        Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-            .unwrap_or(ItState::OUTSIDE),
-        _ => it.advance(),
+    match to == from + inst.size() {
+        true => inst.it_behind(it).unwrap_or_default(),
+        false => ItState::OUTSIDE,
     }
 }

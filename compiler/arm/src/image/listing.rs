@@ -146,7 +146,7 @@ impl ListingWriter<'_> {
             &outcome(&inst, state.it),
         );
         state.pipe = pipe;
-        state.it = after(&inst, state.it);
+        state.it = inst.it_behind(state.it).unwrap_or_default();
         let code = if inst.size() == 4 {
             format!("{first:04x} {second:04x}")
         } else {
@@ -207,15 +207,6 @@ pub(crate) fn outcome(inst: &Inst, it: ItState) -> Outcome {
         Outcome::taken(0, false)
     } else {
         Outcome::NEXT
-    }
-}
-
-/// The state of IT blocks behind an instruction.
-pub(crate) fn after(inst: &Inst, it: ItState) -> ItState {
-    match inst.op() {
-        Op::IT => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-            .unwrap_or(ItState::OUTSIDE),
-        _ => it.advance(),
     }
 }
 

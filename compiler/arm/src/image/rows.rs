@@ -7,7 +7,7 @@ use whippen_isa::{ItState, decode};
 
 use super::lines::Place;
 use super::linked::{Image, Linked, Named};
-use super::listing::{after, target};
+use super::listing::target;
 use super::object::{SectionKind, SymbolKind};
 
 /// An instruction where it stands.
@@ -70,7 +70,7 @@ fn rows_of(image: &Image, index: usize, section: &Linked) -> Vec<CodeRow> {
             function: inside.map(|own| own.name.clone()),
             place: line.and_then(|(_, place)| place.clone()),
         });
-        it = after(&inst, it);
+        it = inst.it_behind(it).unwrap_or_default();
         at += inst.size() as usize;
     }
     rows

@@ -40,7 +40,7 @@ pub fn finished(
         piece.points.push(Point {
             context: spot.node.context,
             at: spot.node.at,
-            it: it_of(spot.node.it),
+            it: ItState::from_bits(spot.node.it).unwrap_or_default(),
             place: number(&mut piece.places, place.clone()),
             loops: spot
                 .loops
@@ -73,13 +73,6 @@ fn loops(explored: &Explored, remains: &Remains, piece: &mut Piece) -> Vec<u32> 
         }
     }
     numbers
-}
-
-fn it_of(bits: u8) -> ItState {
-    match bits {
-        0 => ItState::OUTSIDE,
-        _ => ItState::after_it(bits >> 4, bits & 15).unwrap_or_default(),
-    }
 }
 
 /// The number of something in a list, where it is put.

@@ -129,7 +129,7 @@ impl<'a> Followed<'a> {
         let item = Item { control, ..item };
         let mut edges = self.branches(context, &item)?;
         if !item.control.branches() || falls_through(&inst) {
-            let it = after(&inst, it);
+            let it = inst.it_behind(it).unwrap_or_default();
             edges.push(self.edge_to(None, context, address.wrapping_add(inst.size()), it));
         }
         Ok(Node {
@@ -383,14 +383,5 @@ impl<'a> Followed<'a> {
             blocks,
             contexts: self.contexts,
         }
-    }
-}
-
-/// The state of IT behind an instruction.
-fn after(inst: &Inst, it: ItState) -> ItState {
-    match inst.class() {
-        Class::It => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-            .unwrap_or(ItState::OUTSIDE),
-        _ => it.advance(),
     }
 }

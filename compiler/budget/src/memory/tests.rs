@@ -309,11 +309,7 @@ fn a_copy_of_a_pointer_with_an_index_points_where_it_did() {
         for text in texts {
             let inst = whippen_isa::parse(text, Arch::V8M, it.cond());
             let inst = inst.unwrap_or_else(|why| panic!("`{text}`: {why:?}"));
-            it = match text.starts_with("it") {
-                true => ItState::after_it((inst.imm >> 4) as u8, inst.imm as u8 & 15)
-                    .expect("an IT instruction"),
-                false => it.advance(),
-            };
+            it = inst.it_behind(it).expect("an IT instruction");
             let (first, second) = inst.encode(Arch::V8M).expect("it has bits").halfwords();
             words.push(first);
             words.extend(second);

@@ -4,7 +4,7 @@
 //! taken: what a reader adds up along a line.
 
 use super::Function;
-use crate::image::{Fixup, Object, Section, SectionKind, SymbolKind, after, outcome};
+use crate::image::{Fixup, Object, Section, SectionKind, SymbolKind, outcome};
 use std::fmt::Write;
 use whippen_isa::timing::{Core, Pipe};
 use whippen_isa::{Inst, ItState, Op, decode};
@@ -48,7 +48,7 @@ fn lines(section: &Section, from: u32, to: u32, core: &Core) -> String {
             continue;
         };
         let (behind, cost) = core.issue(pipe, &core.prepare(&inst), at, &outcome(&inst, it));
-        (pipe, it) = (behind, after(&inst, it));
+        (pipe, it) = (behind, inst.it_behind(it).unwrap_or_default());
         let code = match inst.size() {
             4 => format!("{first:04x} {second:04x}"),
             _ => format!("{first:04x}"),
