@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use whippen_compiler::bundled::{BOARDS, DEVICES, PRESETS};
+use whippen_compiler::bundled::{boards, devices, presets};
 use whippen_compiler::diag::nearest;
 
 /// A kind of file that comes with Whippen.
@@ -13,7 +13,7 @@ pub struct Hardware {
     name: &'static str,
     names: &'static str,
     /// The bundled ones.
-    bundled: &'static [&'static str],
+    bundled: fn() -> Vec<&'static str>,
     /// Where a file of one's own is described.
     page: &'static str,
 }
@@ -22,7 +22,7 @@ pub struct Hardware {
 pub const DEVICE: Hardware = Hardware {
     name: "device",
     names: "devices",
-    bundled: DEVICES,
+    bundled: devices,
     page: "docs/how-to/device.md",
 };
 
@@ -30,7 +30,7 @@ pub const DEVICE: Hardware = Hardware {
 pub const BOARD: Hardware = Hardware {
     name: "board",
     names: "boards",
-    bundled: BOARDS,
+    bundled: boards,
     page: "docs/build.md, under Boards,",
 };
 
@@ -38,7 +38,7 @@ pub const BOARD: Hardware = Hardware {
 pub const PRESET: Hardware = Hardware {
     name: "preset",
     names: "presets",
-    bundled: PRESETS,
+    bundled: presets,
     page: "docs/tools.md, under Presets,",
 };
 
@@ -47,13 +47,13 @@ impl Hardware {
     pub fn file(&self, named: &OsStr) -> Option<PathBuf> {
         let path = Path::new(named);
         let is_file = path.extension().is_some() || path.components().count() > 1 || path.is_file();
-        (is_file && self.bundled.iter().all(|name| named != *name)).then(|| path.to_path_buf())
+        (is_file && (self.bundled)().iter().all(|name| named != *name)).then(|| path.to_path_buf())
     }
 
     /// What to write instead of what is not there.
     pub fn absent(&self, named: &OsStr) -> String {
         let stem = Path::new(named).file_stem().and_then(|stem| stem.to_str());
-        let near = nearest(stem.unwrap_or_default(), self.bundled.iter().copied());
+        let near = nearest(stem.unwrap_or_default(), (self.bundled)());
         let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
         let there = if self.file(named).is_some() {
             "file"
@@ -64,7 +64,7 @@ impl Hardware {
             "there is no {there} `{}`{near}\n{} are {}; {} says how to write a file of your own",
             named.display(),
             self.names,
-            self.bundled.join(", "),
+            (self.bundled)().join(", "),
             self.page
         )
     }

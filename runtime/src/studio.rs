@@ -18,7 +18,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::{Compression, GzBuilder};
 use serde_json::{Value, json};
-use whippen_compiler::bundled::{BOARDS, INSTRUMENTS, KEYBOARDS};
+use whippen_compiler::bundled::{INSTRUMENTS, KEYBOARDS, boards};
 
 use crate::files::{FileError, write_whole};
 use crate::report::script_json;
@@ -131,7 +131,7 @@ fn data() -> Value {
     let example = |keyboard: bool| move |&(file, text): &(&str, &str)| json!({ "file": file, "text": text, "keyboard": keyboard });
     let instruments = INSTRUMENTS.iter().map(example(false));
     let examples = instruments.chain(KEYBOARDS.iter().map(example(true)));
-    json!({ "first": FIRST, "playable": PLAYABLE, "boards": BOARDS, "examples": examples.collect::<Vec<_>>() })
+    json!({ "first": FIRST, "playable": PLAYABLE, "boards": boards(), "examples": examples.collect::<Vec<_>>() })
 }
 
 #[cfg(test)]

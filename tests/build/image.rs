@@ -4,7 +4,7 @@ use whippen_compiler::image::Input;
 use whippen_compiler::image::{LinkError, Start, executable, link, listing, map, uf2};
 use whippen_compiler::source::SourceMap;
 use whippen_isa::Arch;
-use whippen_runtime::board::{bundled, bundled_names};
+use whippen_runtime::board::bundled;
 
 use crate::program::{START, TEXT, image, object, places, probe};
 use crate::tools::{Folder, WHIPPEN};
@@ -142,7 +142,7 @@ fn listing_and_map_show_what_there_is() {
 
 #[test]
 fn the_same_objects_give_the_same_bytes() {
-    for name in bundled_names() {
+    for name in whippen_compiler::bundled::boards() {
         let (a, b) = (image(&board(name)), image(&board(name)));
         assert_eq!(executable(&a, &[], None), executable(&b, &[], None));
         assert_eq!(listing(&a, &sources()), listing(&b, &sources()));

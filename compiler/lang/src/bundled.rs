@@ -3,39 +3,32 @@
 //! The texts are the crate of `instruments/`; every test that means "all of them" reads these
 //! lists.
 
+use whippen_instruments::{BOARDS, DEVICES, PRESETS, Text};
 pub use whippen_instruments::{INSTRUMENTS, KEYBOARDS, STD};
 
-/// The boards that a keyboard may name: the files in `instruments/hardware/`.
-pub const BOARDS: &[&str] = &[
-    "pico2_four_knobs",
-    "pico2_knob",
-    "pico2_strings",
-    "pico2_two_knobs",
-    "rp2040",
-    "rp2350",
-    "rp2350_columns",
-    "rp2350_seven_columns",
-    "rp2350b_bench",
-    "stm32f4",
-];
+/// The boards that a keyboard may name, by name.
+pub fn boards() -> Vec<&'static str> {
+    names(BOARDS)
+}
 
 /// The devices that a keyboard may name, likewise.
-pub const DEVICES: &[&str] = &[
-    "chain",
-    "column_coil",
-    "gimbal",
-    "knob",
-    "mikey",
-    "mouse",
-    "pad",
-    "touch",
-    "voice_coil",
-];
+pub fn devices() -> Vec<&'static str> {
+    names(DEVICES)
+}
 
-/// The presets that a command may name: the files in `instruments/presets/`.
-pub const PRESETS: &[&str] = &["onofrei", "open-g", "pentatonic"];
+/// The presets that a command may name, likewise.
+pub fn presets() -> Vec<&'static str> {
+    names(PRESETS)
+}
+
+fn names(texts: &[Text]) -> Vec<&'static str> {
+    let name = |(file, _): &Text| file.trim_end_matches(".toml");
+    let mut names: Vec<&str> = texts.iter().map(name).collect();
+    names.sort_unstable();
+    names
+}
 
 /// All of them: instruments, keyboards, library.
-pub fn programs() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+pub fn programs() -> impl Iterator<Item = &'static Text> {
     INSTRUMENTS.iter().chain(KEYBOARDS).chain(STD)
 }

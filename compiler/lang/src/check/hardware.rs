@@ -2,7 +2,7 @@
 
 use super::DeviceName;
 use super::keyboard::Reader;
-use crate::bundled::DEVICES;
+use crate::bundled::devices;
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::syntax::ast::Name;
 use whippen_keyboard::CHIPS_MAX;
@@ -31,7 +31,7 @@ impl Reader<'_, '_, '_> {
                 Diagnostic::new(Code::UnknownHardware, file.span, message, "this name");
             self.diags.push(diagnostic.hint(format!(
                 "a bundled device is named without quotes; they are {}",
-                DEVICES.join(", ")
+                devices().join(", ")
             )));
         }
         self.board.keyboard.device = DeviceName::File(file.node.clone(), file.span);

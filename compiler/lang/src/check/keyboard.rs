@@ -11,7 +11,7 @@ use super::settings::Settings;
 use super::types::{Ty, Value};
 use super::zones::Zones;
 use super::{DeviceName, Keyboard, Options, tick_rate};
-use crate::bundled::{BOARDS, DEVICES};
+use crate::bundled::{boards, devices};
 use crate::diag::{Advice, Code, Diagnostic, nearest};
 use crate::syntax::ast::{self, DeclKind, Expr, Name, Setting};
 use crate::units::Dim;
@@ -150,7 +150,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
         match setting {
             Setting::Board { name, chips } => {
                 if self.is_first("board", name.span) {
-                    self.is_bundled("board", name, BOARDS);
+                    self.is_bundled("board", name, &boards());
                     self.board.keyboard.board = Some(name.node.clone());
                     if let Some(chips) = chips {
                         self.chips(chips);
@@ -159,7 +159,7 @@ impl<'a, 'i, 'd> Reader<'a, 'i, 'd> {
             }
             Setting::Device(name) => {
                 if self.is_first("device", name.span) {
-                    self.is_bundled("device", name, DEVICES);
+                    self.is_bundled("device", name, &devices());
                     self.board.keyboard.device = DeviceName::Bundled(name.node.clone());
                 }
             }
