@@ -9,7 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use whippen_compiler::model::Model;
 use whippen_runtime::gesture;
-use whippen_runtime::motion::{self, MotionOptions, Resampled, WantedPort};
+use whippen_runtime::motion::{self, MotionOptions, Resampled};
 use whippen_runtime::trajectory::Trajectory;
 
 /// What moves an instrument, as Python gives it.
@@ -93,12 +93,11 @@ fn ports(model: &Model) -> Vec<&str> {
 
 /// The bundled gesture.
 fn bundled(model: &Model) -> Vec<Trajectory> {
-    let gestures = match model.is_of_key() {
-        true => vec![gesture::bundled(model)],
-        false => gesture::bundled_ports(model),
-    };
     let place = |gesture| Trajectory::of_gesture(gesture, model.rate_hz);
-    gestures.into_iter().map(place).collect()
+    gesture::bundled_ports(model)
+        .into_iter()
+        .map(place)
+        .collect()
 }
 
 /// Samples at the tick rate.
@@ -134,10 +133,7 @@ fn of_file(model: &Model, path: &std::path::Path) -> PyResult<Positions> {
             start_s: motion.start_s,
         });
     }
-    let senses = model.senses.iter();
-    let ports: Vec<WantedPort> = senses
-        .map(|sense| (sense.name.as_str(), sense.dim, sense.moves))
-        .collect();
+    let ports = motion::wanted_ports(model);
     let motion = motion::load_ports(path, &ports, None, model.rate_hz).map_err(wrong)?;
     Ok(Positions {
         places: motion.places,

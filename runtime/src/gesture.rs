@@ -200,14 +200,21 @@ pub fn bundled(model: &Model) -> Gesture {
     }
 }
 
-/// The bundled gestures of the ports of an instrument with several, of equal length.
+/// The bundled gestures of the ports of an instrument, of equal length.
 pub fn bundled_ports(model: &Model) -> Vec<Gesture> {
+    if model.is_of_key() {
+        return vec![bundled(model)];
+    }
     hands::of(model).map_or_else(|| rounds(model), |(_, gestures)| gestures)
 }
 
 /// What they are, in words.
 pub fn bundled_name(model: &Model) -> &'static str {
-    hands::of(model).map_or("gesture of several ports", |(name, _)| name)
+    match hands::of(model) {
+        _ if model.is_of_key() => "gesture",
+        Some((name, _)) => name,
+        None => "gesture of several ports",
+    }
 }
 
 /// The ports of any instrument: each goes from its rest, which is 0 or the end nearest to it, far

@@ -43,7 +43,7 @@ pub use resample::Resampled;
 use resample::resampled_len;
 
 use crate::trajectory::Trajectory;
-pub use titled::WantedPort;
+pub use titled::{WantedPort, wanted_ports};
 use uniform::Uniform;
 use whippen_compiler::units::Unit;
 

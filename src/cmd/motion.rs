@@ -188,10 +188,7 @@ impl MotionArgs {
         let Some(path) = &self.motion else {
             return Ok(MotionArgs::bundled(model, None));
         };
-        let senses = model.senses.iter();
-        let ports: Vec<motion::WantedPort> = senses
-            .map(|sense| (sense.name.as_str(), sense.dim, sense.moves))
-            .collect();
+        let ports = motion::wanted_ports(model);
         let motion = motion::load_ports(path, &ports, self.lowpass, model.rate_hz)
             .map_err(|e| Failure::Usage(e.to_string()))?;
         let seconds = ticks_of(&motion.places) as f64 / f64::from(model.rate_hz);
@@ -220,18 +217,6 @@ impl MotionArgs {
 
     /// The bundled gesture, as far (m or rad) as is wanted.
     pub fn bundled(model: &Model, travel: Option<f64>) -> Positions {
-        if !model.is_of_key() {
-            let place = |gesture| Trajectory::of_gesture(gesture, model.rate_hz);
-            let gestures = gesture::bundled_ports(model);
-            return Positions {
-                places: gestures.into_iter().map(place).collect(),
-                start_s: 0.0,
-                notes: vec![format!(
-                    "the bundled {} (synthetic)",
-                    gesture::bundled_name(model)
-                )],
-            };
-        }
         let of = if model.turns() {
             Dim::NUMBER
         } else {
@@ -240,14 +225,16 @@ impl MotionArgs {
         let far = travel.map_or(String::new(), |travel| {
             format!(", to {}", shown(travel, of))
         });
-        let gesture = match travel {
-            Some(travel) => gesture::bundled_to(model, travel),
-            None => gesture::bundled(model),
+        let gestures = match travel {
+            Some(travel) => vec![gesture::bundled_to(model, travel)],
+            None => gesture::bundled_ports(model),
         };
+        let name = gesture::bundled_name(model);
+        let place = |gesture| Trajectory::of_gesture(gesture, model.rate_hz);
         Positions {
-            places: vec![Trajectory::of_gesture(gesture, model.rate_hz)],
+            places: gestures.into_iter().map(place).collect(),
             start_s: 0.0,
-            notes: vec![format!("the bundled gesture (synthetic){far}")],
+            notes: vec![format!("the bundled {name} (synthetic){far}")],
         }
     }
 

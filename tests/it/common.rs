@@ -174,11 +174,7 @@ pub fn recording_with(dead_band: f64) -> Option<Vec<f64>> {
 
 /// The bundled gestures of an instrument, a row for each port.
 pub fn gestures_of(compiled: &Compiled) -> Vec<Vec<f64>> {
-    let model = &compiled.model;
-    if model.is_of_key() {
-        return vec![gesture_of(compiled)];
-    }
-    let gestures = gesture::bundled_ports(model);
+    let gestures = gesture::bundled_ports(&compiled.model);
     gestures.iter().map(|g| g.positions(RATE_HZ)).collect()
 }
 

@@ -14,7 +14,7 @@ use whippen_compiler::units::Unit;
 use super::strokes::StrokeRule;
 use crate::files::{FileError, InputKind};
 use crate::motion::table::Rows;
-use crate::motion::{self, MotionOptions, WantedPort};
+use crate::motion::{self, MotionOptions};
 use crate::session::Recorded;
 use crate::titles::split_title;
 use crate::trace::Heading;
@@ -137,10 +137,7 @@ impl Fittable<'_> {
             let read = motion::load(path, &options, model.rate_hz)?;
             return Ok((vec![read.positions], read.start_s));
         }
-        let ports = model.senses.iter();
-        let ports: Vec<WantedPort> = ports
-            .map(|sense| (&*sense.name, sense.dim, sense.moves))
-            .collect();
+        let ports = motion::wanted_ports(model);
         let read = motion::load_ports(path, &ports, self.lowpass_hz, model.rate_hz)?;
         Ok((read.places, read.start_s))
     }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use whippen_compiler::model::Moves;
+use whippen_compiler::model::{Model, Moves};
 use whippen_compiler::units::{Dim, Unit, unit_suffix};
 
 use super::table::Rows;
@@ -65,6 +65,14 @@ pub struct PortColumns {
 
 /// What a port needs a column for: its name, its dimension, and how it moves.
 pub type WantedPort<'a> = (&'a str, Dim, Moves);
+
+/// What the ports of an instrument need.
+pub fn wanted_ports(model: &Model) -> Vec<WantedPort<'_>> {
+    let senses = model.senses.iter();
+    senses
+        .map(|sense| (sense.name.as_str(), sense.dim, sense.moves))
+        .collect()
+}
 
 /// Reads the columns of time and of ports.
 ///
