@@ -2,17 +2,21 @@
 //! instructions: the same registers, cycles, exceptions, memory, words and samples wherever one
 //! looks.
 
-use std::fmt::Debug;
+#[path = "../../emulator/tests/made/seen.rs"]
+mod seen;
 
 use whippen_compiler::kernel::parse;
 use whippen_compiler::kernel::random::Rng;
-use whippen_emulator::{Machine, Observer, Register, Step, Stop};
+use whippen_emulator::{Machine, Observer, Step, Stop};
 
 use crate::key_columns::{ColumnBench, KEY_PARTS, START_MS, built};
 use crate::play::words;
 use crate::rig::{KEYS, Rig, kernel, setup};
 use crate::sound::HEARD;
 use crate::sound_out::{attach_dac, take_frames};
+
+/// RAM of the chip.
+const RAM_BYTES: usize = 520 << 10;
 
 /// Which core took or left an exception, and when. Who looks at instructions has them run by turns.
 #[derive(Default)]
@@ -30,22 +34,6 @@ impl<const INSTRUCTIONS: bool> Observer for Exceptions<INSTRUCTIONS> {
     fn resumed(&mut self, core: usize, cycle: u64) {
         self.0.push((core, 0, cycle));
     }
-}
-
-/// What can be seen of the chip but its devices.
-fn state(machine: &Machine) -> impl PartialEq + Debug + use<> {
-    let cores = [0, 1].map(|core| {
-        let registers = Register::all().map(|register| machine.cpu(core).get(register));
-        (machine.cycle(core), registers.collect::<Vec<_>>())
-    });
-    (cores, machine.instructions(), machine.waited_cycles())
-}
-
-fn ram(machine: &Machine) -> Vec<u8> {
-    let mut bytes = vec![0; 520 << 10];
-    let memory = &machine.bus.memory;
-    memory.read(0x2000_0000, &mut bytes).expect("RAM");
-    bytes
 }
 
 /// Runs both for so many cycles, with stops in between.
@@ -71,10 +59,15 @@ fn agree(what: &str, fast: &mut Machine, judge: &mut Machine, cycles: u64) {
             "{what}"
         );
         assert!(of_fast.0 == of_judge.0, "{what}, up to {until}: exceptions");
-        assert_eq!(state(fast), state(judge), "{what}, up to {until}");
+        assert_eq!(
+            seen::cores(fast),
+            seen::cores(judge),
+            "{what}, up to {until}"
+        );
     }
     assert!(of_fast.0.len() > 100, "{what}: {}", of_fast.0.len());
-    assert!(ram(fast) == ram(judge), "{what}: RAM");
+    let [fast, judge] = [fast, judge].map(|machine| seen::ram(machine, RAM_BYTES));
+    assert!(fast == judge, "{what}: RAM");
 }
 
 #[test]

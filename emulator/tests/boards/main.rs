@@ -2,17 +2,22 @@
 //! uses the devices from both cores. Each prints over the serial port what it found; here is what a
 //! real board would print.
 
+#[path = "../made/seen.rs"]
+mod seen;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use whippen_emulator::elf::{Elf, vector_table};
 use whippen_emulator::{
-    BoardKind, Converter, ConverterSetup, Machine, Observer, Ports, Register, Step, Stop, Uart,
-    build,
+    BoardKind, Converter, ConverterSetup, Machine, Observer, Ports, Step, Stop, Uart, build,
 };
 
 /// Cycles after which a program is lost.
 const CYCLES_MAX: u64 = 20_000_000;
+
+/// RAM that both have.
+const RAM_BYTES: usize = 256 << 10;
 
 /// The boards that the programs are for.
 const RASPBERRY: [BoardKind; 2] = [BoardKind::Rp2350, BoardKind::Rp2040];
@@ -199,23 +204,6 @@ impl Observer for Watcher {
     fn instruction(&mut self, _: &Step<'_>) {}
 }
 
-/// What can be seen of a machine's cores, and what it has sent.
-fn state(machine: &Machine, ports: &Ports) -> impl PartialEq + std::fmt::Debug + use<> {
-    let cores = [0, 1].map(|core| {
-        let registers = Register::all().map(|register| machine.cpu(core).get(register));
-        (machine.cycle(core), registers.collect::<Vec<_>>())
-    });
-    let counts = (machine.instructions(), machine.waited_cycles());
-    (cores, counts, printed(machine, ports))
-}
-
-fn ram(machine: &Machine) -> Vec<u8> {
-    let mut bytes = vec![0; 256 << 10];
-    let memory = &machine.bus.memory;
-    memory.read(0x2000_0000, &mut bytes).expect("RAM");
-    bytes
-}
-
 /// Each program, stopped every now and then, is where it is when its cores take turns.
 #[test]
 fn programs_are_where_they_are_by_turns() {
@@ -240,14 +228,15 @@ fn programs_are_where_they_are_by_turns() {
                 let stops = (fast.run(until), judge.run_observed(until, &mut Watcher));
                 let what = format!("{program} on {}, up to {until}", kind.name());
                 assert_eq!(stops.0, stops.1, "{what}");
-                assert_eq!(state(&fast, &ports), state(&judge, &ports), "{what}");
+                let state = |machine| (seen::cores(machine), printed(machine, &ports));
+                assert_eq!(state(&fast), state(&judge), "{what}");
                 if stops.0 != Stop::Limit || until > CYCLES_MAX {
                     assert!(until < CYCLES_MAX, "{what}");
                     break;
                 }
             }
             assert!(
-                ram(&fast) == ram(&judge),
+                seen::ram(&fast, RAM_BYTES) == seen::ram(&judge, RAM_BYTES),
                 "{program} on {}: RAM",
                 kind.name()
             );
