@@ -9,6 +9,7 @@ use whippen_compiler::image::{Executable, SectionKind, executable};
 use whippen_compiler::pipeline;
 use whippen_emulator::BoardKind;
 
+use crate::changed::changed;
 use crate::image::{Image, instruments};
 
 fn certified(image: &Image, kernels: &str) -> Result<Certificate, String> {
@@ -129,23 +130,12 @@ const HARMLESS: [(&str, usize, &str); 10] = [
 /// these calls are never made. Whatever else they say is harmless.
 const UNMET: [&str; 2] = ["call", "targets"];
 
-/// A line with one of its numbers changed, in the base that it is written in.
-fn changed(line: &str, word: usize, by: i128) -> Option<String> {
-    let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
-    let old = words.get(word)?;
-    words[word] = match old.strip_prefix("0x") {
-        Some(hex) => format!("{:#x}", i128::from_str_radix(hex, 16).ok()? + by),
-        None => (old.parse::<i128>().ok()? + by).to_string(),
-    };
-    Some(words.join(" "))
-}
-
 /// Every number one up and one down, every line left out and doubled.
 fn mutants(line: &str) -> Vec<(usize, Vec<String>)> {
     let mut all = vec![(0, Vec::new()), (0, vec![line.to_string(); 2])];
     for word in 1..line.split(' ').count() {
         for by in [1, -1] {
-            let new = changed(line, word, by);
+            let new = changed(line, word, |old| old + by);
             all.extend(new.map(|new| (word, vec![new])));
         }
     }

@@ -19,6 +19,8 @@ mod switched;
 mod table;
 mod validated;
 
+#[path = "../../audit/tests/made/changed.rs"]
+mod changed;
 #[path = "../it/common.rs"]
 #[expect(dead_code, reason = "other tests want more of it")]
 mod common;

@@ -6,6 +6,7 @@ use whippen_compiler::image::executable;
 use whippen_compiler::pipeline::{Compiled, certify};
 use whippen_emulator::BoardKind;
 
+use crate::changed::changed;
 use crate::rig::Image;
 use crate::{KEYTAR, SLOW_HZ, SOUND_HZ, STRINGS, VIOLIN, WEIGHTS, compiled_bare};
 
@@ -89,17 +90,6 @@ fn instruments_in_parts_on_one_core_have_certificates() {
     }
 }
 
-/// A line with one of its numbers changed, in the base that it is written in.
-fn changed(line: &str, word: usize, by: i128) -> Option<String> {
-    let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
-    let old = words.get(word)?;
-    words[word] = match old.strip_prefix("0x") {
-        Some(hex) => format!("{:#x}", i128::from_str_radix(hex, 16).ok()? + by),
-        None => (old.parse::<i128>().ok()? + by).to_string(),
-    };
-    Some(words.join(" "))
-}
-
 /// The lines that say how the cores meet, by number: those of legs, of what runs until a place, of
 /// what calls parts, and of the core that helps.
 fn lines_of_meetings(lines: &[&str]) -> Vec<usize> {
@@ -143,7 +133,7 @@ fn a_certificate_that_lies_about_the_meetings_of_cores_is_refused() {
         judge(at, None);
         for word in 1..lines[at].split(' ').count() {
             for by in [1, -1] {
-                if let Some(new) = changed(lines[at], word, by) {
+                if let Some(new) = changed(lines[at], word, |old| old + by) {
                     judge(at, Some(new));
                 }
             }

@@ -2,6 +2,8 @@
 //! interpreter and against their bound.
 
 mod certified;
+#[path = "../../audit/tests/made/changed.rs"]
+mod changed;
 mod divided;
 mod played;
 mod rig;

@@ -1,5 +1,7 @@
 //! Potentials: loops, pieces, and what a certificate may not claim, in small images.
 
+#[path = "../../tests/made/changed.rs"]
+mod changed;
 mod ended;
 mod left;
 
@@ -13,6 +15,7 @@ use crate::made::{DATA, DEVICES, HANDLER, Image, STACK, assemble, call, function
 use crate::overlap::Last;
 use crate::place::{Place, Tag};
 use crate::step::{Seen, State, Stepper};
+use changed::changed;
 
 /// The least cycles that may be claimed of the states of a piece.
 ///
@@ -237,17 +240,6 @@ fn an_access_by_a_base_waits_where_that_points() {
     };
     // The code is fetched from the banks of the data, not from the one of the stack.
     assert_eq!(mode(DATA), mode(near) + 1);
-}
-
-/// A line with another number in the place of one of its own, in the base that it is written in.
-fn changed(line: &str, word: usize, other: impl Fn(i128) -> i128) -> Option<String> {
-    let mut words: Vec<String> = line.split(' ').map(str::to_string).collect();
-    let old = words.get(word)?;
-    words[word] = match old.strip_prefix("0x") {
-        Some(hex) => format!("{:#x}", other(i128::from_str_radix(hex, 16).ok()?)),
-        None => other(old.parse().ok()?).to_string(),
-    };
-    Some(words.join(" ")).filter(|changed| changed != line)
 }
 
 /// Where numbers of 32 and 64 bits, with and without sign, begin and end.
