@@ -12,8 +12,8 @@ use whippen_arm::thumb::{SharedValues, StateLayout, shared_values};
 use whippen_firmware::{FirmwareImage, Instrument, Role};
 use whippen_keyboard::{InstrumentId, ProgramId};
 use whippen_modes::{ModeId, Modes};
-use whippen_validate::{Code, LinePlace, Places, Question, Reason, Report, RingPlace, Routine};
-use whippen_validate::{Shared, Symbols, Verdict, validate};
+use whippen_validate::{Called, Code, LinePlace, Places, Question, Reason, Report, RingPlace};
+use whippen_validate::{Routine, Shared, Symbols, Verdict, validate};
 
 /// An address at which there is nothing.
 const NOWHERE: u32 = u32::MAX - 1;
@@ -357,8 +357,10 @@ fn symbols(image: &FirmwareImage, name: &str, modes: &Modes) -> Symbols {
         end: address(format!("{name}.end")),
         init: address(format!("{name}_init")),
         begin: address(format!("{name}_begin")),
-        leading_zeros: found(format!("{name}.leading_zeros")),
-        divide: found(format!("{name}.divide")),
+        called: Called::ALL
+            .into_iter()
+            .filter_map(|called| Some((called, found(format!("{name}.{}", called.name()))?)))
+            .collect(),
         tables: numbered("table", modes.kernel.tables.len()),
         state: address(format!("{name}_state")),
     }

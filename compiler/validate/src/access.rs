@@ -99,6 +99,7 @@ impl Machine<'_> {
             let base = self.base(terms, inst)?;
             let by = self.offset(terms, inst, moved)?;
             let there = terms.add_scaled(base, by, if inst.add { 1 } else { -1 })?;
+            let there = self.within_memory(terms, there)?;
             if inst.wback && inst.n != inst.t {
                 let value = moved
                     .stores
@@ -118,6 +119,15 @@ impl Machine<'_> {
             .then(|| self.register(terms, inst.t))
             .transpose()?;
         self.transfer(terms, inst.t, value, address, moved)
+    }
+
+    /// An address of which parts have wrapped, such as a doubled one: the sum wraps, too.
+    fn within_memory(&self, terms: &mut Terms, there: Term) -> Told<Term> {
+        let mut parts = terms.sum(there).parts.iter();
+        match parts.any(|(_, by)| by.trailing_zeros() >= 32) {
+            true => terms.word(there),
+            false => Ok(there),
+        }
     }
 
     fn offset(&mut self, terms: &mut Terms, inst: &Inst, moved: Moved) -> Told<Term> {

@@ -12,9 +12,10 @@ use whippen_deterministic::parallel;
 use whippen_modes::ModeId;
 
 use crate::check::{Assumed, Path, Start, Used, Wanted, run_code, run_kernel};
-use crate::contract::shown;
+use crate::contract;
 use crate::entry::{check_entry, check_tables};
 use crate::places::{Code, Question};
+use crate::root;
 use crate::sample::{TICKS, begin_tick, refute_shared, witness};
 use crate::stop::{Doubt, Reason};
 use crate::term::Terms;
@@ -145,9 +146,11 @@ impl<'a> Proven<'a> {
             code,
             ..self.question.clone()
         };
-        let known = &self.begun.terms.contracts;
-        if known.iter().any(|own| meets(&own.looked_at, changed)) && shown(&question) != *known {
-            let why = "what a called routine gives is no longer shown";
+        if self.is_unshown(&question, changed) {
+            if let Some(why) = ticks.refute(self, &question) {
+                return Verdict::Refuted { why };
+            }
+            let why = "what a called routine or a loop gives is no longer shown";
             return Verdict::of(Doubt::new(Reason::Code, why));
         }
         let mut of_routines = 0;
@@ -174,6 +177,20 @@ impl<'a> Proven<'a> {
             },
             other => other,
         }
+    }
+
+    /// Whether a routine or a loop is changed and not shown to be what it was.
+    fn is_unshown(&self, question: &Question, changed: &Range<u32>) -> bool {
+        let Terms {
+            contracts, roots, ..
+        } = &self.begun.terms;
+        let called = contracts.iter().map(|own| &own.looked_at);
+        let mut all = called.chain(roots.iter().map(|own| &own.looked_at));
+        if !all.any(|looked_at| meets(looked_at, changed)) {
+            return false;
+        }
+        let now = contract::shown(question);
+        now != *contracts || root::shown(question, &now) != *roots
     }
 
     fn judge_modes(&self, question: &Question, changed: &Range<u32>) -> Verdict {

@@ -170,7 +170,8 @@ impl Terms {
             Kind::Base(
                 Base::State | Base::Record | Base::Samples | Base::History | Base::Stack,
             ) => WORD,
-            Kind::Register(_) | Kind::Key => WORD,
+            Kind::Register(_) | Kind::Unknown(_) | Kind::Key => WORD,
+            Kind::Integer => (-FAR, FAR),
             Kind::Load(_, bytes) if bytes < 4 => (0, (1 << (8 * bytes)) - 1),
             Kind::Load(..) => WORD,
             Kind::Product(factors) => self.bounds_of_product(&factors),
@@ -214,7 +215,10 @@ impl Terms {
     fn bounds_of_result(&mut self, function: Function, args: &[Term]) -> Interval {
         match (function, args) {
             (Function::LeadingZeros, _) => (0, 32),
-            (Function::SquareRoot, _) => (0, 1 << 31),
+            (Function::SquareRoot, [a]) => {
+                let (low, high) = self.bounds(*a);
+                (low.max(0).isqrt(), high.max(0).isqrt())
+            }
             (Function::DivideUnsigned, [a, b]) => match (self.bounds(*a), self.bounds(*b)) {
                 (a, b) if a.0 >= 0 && b.0 > 0 => (a.0 / b.1, a.1 / b.0),
                 (a, _) if a.0 >= 0 => (0, a.1),

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use rustc_hash::FxHashSet;
 use whippen_isa::reg::SP;
 use whippen_modes::ModeId;
 
@@ -12,7 +11,7 @@ use crate::machine::Machine;
 use crate::memory::{Address, Changes, Held, Memory};
 use crate::places::Question;
 use crate::stop::{Doubt, Reason, Stop, Told, unproven_as};
-use crate::term::{Base, Function, Kind, Term, Terms};
+use crate::term::{Base, Kind, Term, Terms};
 use crate::truth::{Truth, Variable};
 
 /// How often a case is run at most.
@@ -37,7 +36,7 @@ pub(crate) struct Start {
     /// The halfwords of code that the entry looked at, in order.
     pub looked_at: Vec<u32>,
     /// How many words that routines have left are not known.
-    pub unknown: u8,
+    pub unknown: u32,
 }
 
 impl Start {
@@ -337,7 +336,10 @@ fn compare_at(
         return Ok(());
     }
     if let Some(asks) = terms.question_in(difference)? {
-        return Err(Stop::Split(asks));
+        return match terms.is_zero_in_cases(difference)? {
+            true => Ok(()),
+            false => Err(Stop::Split(asks)),
+        };
     }
     let held = Held {
         address,
@@ -397,96 +399,4 @@ fn describe(question: &Question, terms: &mut Terms, held: Held) -> String {
         return format!("the word out at {at}");
     }
     format!("{} bytes at {} + {at}", held.bytes, terms.show(moving))
-}
-
-fn is_quotient(kind: &Kind) -> bool {
-    let Kind::Apply(function, _) = kind else {
-        return false;
-    };
-    matches!(
-        function,
-        Function::DivideUnsigned
-            | Function::DivideSigned
-            | Function::DivideRound(_)
-            | Function::SquareRoot
-    )
-}
-
-impl Terms {
-    /// What must be known before a term can be simpler: the innermost choice in it.
-    pub fn question_in(&mut self, term: Term) -> Told<Option<Variable>> {
-        self.question_beside(term, &mut FxHashSet::default())
-    }
-
-    /// The same, but for terms that have none.
-    fn question_beside(
-        &mut self,
-        term: Term,
-        plain: &mut FxHashSet<Term>,
-    ) -> Told<Option<Variable>> {
-        if plain.contains(&term) {
-            return Ok(None);
-        }
-        let parts = self.sum(term).parts.clone();
-        for (atom, _) in parts {
-            let kind = self.kind(atom).clone();
-            for inner in self.terms_in(&kind) {
-                if let Some(asks) = self.question_beside(inner, plain)? {
-                    return Ok(Some(asks));
-                }
-            }
-            let truth = match kind {
-                Kind::Floor(inner, n) => match self.sign_of_floor(inner, n)? {
-                    Some(truth) => truth,
-                    None => continue,
-                },
-                Kind::Positive(inner) => self.at_least(inner, 1)?,
-                Kind::Gate(truth, _) => self.settle(truth),
-                _ => continue,
-            };
-            if let Some((asks, ..)) = self.truths.split(truth) {
-                return Ok(Some(asks));
-            }
-        }
-        plain.insert(term);
-        Ok(None)
-    }
-
-    /// Whether a quotient or a root is in a term.
-    fn divides(&mut self, term: Term) -> bool {
-        let (mut left, mut seen) = (vec![term], FxHashSet::default());
-        while let Some(term) = left.pop() {
-            if !seen.insert(term) {
-                continue;
-            }
-            for (atom, _) in self.sum(term).parts.clone() {
-                let kind = self.kind(atom).clone();
-                if is_quotient(&kind) {
-                    return true;
-                }
-                left.extend(self.terms_in(&kind));
-            }
-        }
-        false
-    }
-
-    /// What is computed of other terms, of those, in order.
-    fn terms_in(&mut self, kind: &Kind) -> Vec<Term> {
-        match kind {
-            Kind::Product(factors) => factors.iter().map(|f| self.single(*f)).collect(),
-            Kind::Times(a, b) => vec![*a, *b],
-            Kind::Floor(inner, _) | Kind::Positive(inner) | Kind::Gate(_, inner) => vec![*inner],
-            Kind::Apply(_, args) => args.clone(),
-            Kind::Base(_) | Kind::Register(_) | Kind::Key | Kind::Load(..) => Vec::new(),
-        }
-    }
-
-    /// Which of two values a floor has, where it has only two.
-    fn sign_of_floor(&mut self, inner: Term, n: u8) -> Told<Option<Truth>> {
-        let (low, high) = self.bounds(inner);
-        if (high >> n) - (low >> n) != 1 {
-            return Ok(None);
-        }
-        self.at_least(inner, (high >> n) << n).map(Some)
-    }
 }

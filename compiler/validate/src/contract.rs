@@ -1,20 +1,23 @@
-//! Routines that code calls and that have too many paths to be followed at each call: what they
-//! give is shown once, of their bytes, and then a call is that function.
+//! Routines that code calls: what they give is shown once, of their bytes, and then a call is that
+//! function. So a product is one term, however long its factors are, and no call has several paths.
 //!
 //! | routine | how it is shown |
 //! | --- | --- |
+//! | the top word of a product | of any two words: sums of products of halves are one product |
+//! | saturating sums | in each case of the sum |
 //! | leading zeros | in each case of the word there is one number, and all words of the case begin with so many |
 //! | quotient without signs | by induction: each round of the loop brings down a bit of the dividend, and takes the divisor from what remains where it is not more; that 32 rounds are the quotient is a theorem (long division in binary digits), and tested with numbers (`tests`) |
 //!
-//! Both leave memory, the stack and R4 to R11, and of R1 to R3, R12 and the flags it is not said
-//! what they hold. What is not shown is followed as it is.
+//! All leave memory, the stack and R4 to R11, and of flags and those of R1 to R3 and R12 that they
+//! do not keep it is not said what they hold. What is not shown is followed as it is.
 
 use rustc_hash::FxHashSet;
-use whippen_isa::reg::{LR, SP};
+use whippen_isa::reg::LR;
 
 use crate::check::{again_with_facts, all_cases, in_order};
+use crate::kernel::round;
 use crate::machine::{Flags, Machine, RunEnd};
-use crate::places::Question;
+use crate::places::{Called, Question};
 use crate::stop::{Doubt, Reason, Stop, Told, unproven};
 use crate::term::{Function, Kind, Term, Terms};
 
@@ -24,38 +27,70 @@ const CASES_MAX: usize = 100;
 /// Rounds of a division.
 const ROUNDS: i128 = 32;
 
-/// Registers of which it is not said what a routine leaves in them.
-const CLOBBERED: [u8; 4] = [1, 2, 3, 12];
-
 /// A routine of which it is shown what it gives.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Contract {
     at: u32,
-    function: Function,
+    called: Called,
     /// The halfwords of code that it consists of, in order.
     pub looked_at: Vec<u32>,
 }
 
 /// All that is shown.
 pub(crate) fn shown(question: &Question) -> Vec<Contract> {
-    let symbols = question.symbols;
-    let zeros = symbols.leading_zeros.map(|at| {
-        let told = leading_zeros(question, at);
-        (at, Function::LeadingZeros, told)
-    });
-    let divide = symbols
-        .divide
-        .map(|at| (at, Function::DivideUnsigned, divide(question, at)));
-    let all = [zeros, divide].into_iter().flatten();
-    let all = all.filter_map(|(at, function, told)| {
-        let looked_at = told.ok()?;
+    let all = question.symbols.called.iter().filter_map(|(called, at)| {
+        let told = match called {
+            Called::LeadingZeros => leading_zeros(question, *at),
+            Called::Quotient => divide(question, *at),
+            _ => plain(question, *called, *at),
+        };
         Some(Contract {
-            at,
-            function,
-            looked_at,
+            at: *at,
+            called: *called,
+            looked_at: in_order(told.ok()?),
         })
     });
     all.collect()
+}
+
+impl Called {
+    /// Registers besides R0 of which it is not said what is left in them.
+    fn clobbers(self) -> &'static [u8] {
+        match self {
+            Called::SumSaturated | Called::DifferenceSaturated => &[1],
+            _ => &[1, 2, 3, 12],
+        }
+    }
+
+    /// What it gives for what R0 and R1 hold.
+    fn given(self, terms: &mut Terms, [a, b]: [Term; 2]) -> Told<Term> {
+        match self {
+            Called::TopRounded => {
+                let product = terms.mul(a, b)?;
+                round(terms, product, 32)
+            }
+            Called::Top => {
+                let product = terms.mul(a, b)?;
+                terms.floor(product, 32)
+            }
+            Called::TopUnsigned => {
+                let (a, b) = (terms.unsigned(a)?, terms.unsigned(b)?);
+                let product = terms.mul(a, b)?;
+                let top = terms.floor(product, 32)?;
+                terms.word(top)
+            }
+            Called::Quotient => Ok(terms.apply(Function::DivideUnsigned, vec![a, b])),
+            Called::LeadingZeros => Ok(terms.apply(Function::LeadingZeros, vec![a])),
+            Called::SumSaturated => {
+                let sum = terms.add(a, b)?;
+                terms.saturate(sum)
+            }
+            Called::DifferenceSaturated => {
+                let difference = terms.sub(a, b)?;
+                terms.saturate(difference)
+            }
+        }
+    }
 }
 
 impl Machine<'_> {
@@ -65,15 +100,16 @@ impl Machine<'_> {
         let Some(own) = own.filter(|_| !terms.is_sampling()).cloned() else {
             return Ok(false);
         };
-        let mut args = vec![self.register(terms, 0)?];
-        if own.function == Function::DivideUnsigned {
-            args.push(self.register(terms, 1)?);
-        }
-        let result = terms.apply(own.function, args);
+        let a = self.register(terms, 0)?;
+        let b = match own.called {
+            Called::LeadingZeros => a,
+            _ => self.register(terms, 1)?,
+        };
+        let result = own.called.given(terms, [a, b])?;
         self.write(terms, 0, result)?;
-        for register in CLOBBERED {
-            let unknown = self.next_unknown(terms)?;
-            self.write(terms, register, unknown)?;
+        for register in own.called.clobbers() {
+            let unknown = self.next_unknown(terms);
+            self.write(terms, *register, unknown)?;
         }
         self.flags = Flags::default();
         self.looked_at.extend(own.looked_at);
@@ -81,24 +117,24 @@ impl Machine<'_> {
     }
 }
 
-fn in_all_cases(
+/// What each case of a routine or loop gives.
+pub(crate) fn in_all_cases<T>(
     terms: &mut Terms,
-    run: impl Fn(&mut Terms) -> Told<Vec<u32>>,
-) -> Result<Vec<u32>, Doubt> {
+    run: impl Fn(&mut Terms) -> Told<Vec<T>>,
+) -> Result<Vec<T>, Doubt> {
     let all = all_cases(terms, vec![Vec::new()], CASES_MAX, |terms| {
         again_with_facts(terms, &run)
     })?;
-    Ok(in_order(
-        all.into_iter().flat_map(|(_, path)| path).collect(),
-    ))
+    Ok(all.into_iter().flat_map(|(_, own)| own).collect())
 }
 
 /// Whether a routine leaves what is not its own.
-fn keeps(terms: &mut Terms, machine: &Machine) -> Told<()> {
+fn keeps(terms: &mut Terms, machine: &Machine, called: Called) -> Told<()> {
     if !machine.memory.held.is_empty() {
         return unproven("a routine that stores");
     }
-    for register in (4..12).chain([SP]) {
+    let own = called.clobbers();
+    for register in (1..=LR).filter(|register| !own.contains(register)) {
         if machine.registers[usize::from(register)] != terms.of(Kind::Register(register)) {
             return unproven(format!("a routine that changes r{register}"));
         }
@@ -107,15 +143,15 @@ fn keeps(terms: &mut Terms, machine: &Machine) -> Told<()> {
 }
 
 /// Whether a routine goes back to its caller.
-fn returns(terms: &mut Terms, machine: &Machine, left: &RunEnd) -> Told<()> {
+fn returns(terms: &mut Terms, machine: &Machine, left: &RunEnd, called: Called) -> Told<()> {
     let back = terms.of(Kind::Register(LR));
     match left {
-        RunEnd::For(to) if *to == back => keeps(terms, machine),
+        RunEnd::For(to) if *to == back => keeps(terms, machine, called),
         _ => unproven("a routine that does not return"),
     }
 }
 
-fn is_same(terms: &mut Terms, wanted: Term, found: Term) -> Told<()> {
+pub(crate) fn is_same(terms: &mut Terms, wanted: Term, found: Term) -> Told<()> {
     let difference = terms.sub(wanted, found)?;
     if terms.bounds(difference) == (0, 0) {
         return Ok(());
@@ -129,12 +165,25 @@ fn is_same(terms: &mut Terms, wanted: Term, found: Term) -> Told<()> {
     }
 }
 
+/// A routine without a loop, of any two words.
+fn plain(question: &Question, called: Called, at: u32) -> Result<Vec<u32>, Doubt> {
+    in_all_cases(&mut Terms::default(), |terms| {
+        let mut machine = Machine::new(question, terms, at);
+        let [a, b] = [0, 1].map(|register| machine.registers[register]);
+        let left = machine.run_until(terms, |_| false)?;
+        returns(terms, &machine, &left, called)?;
+        let wanted = called.given(terms, [a, b])?;
+        is_same(terms, wanted, machine.registers[0])?;
+        Ok(machine.looked_at)
+    })
+}
+
 fn leading_zeros(question: &Question, at: u32) -> Result<Vec<u32>, Doubt> {
     in_all_cases(&mut Terms::default(), |terms| {
         let mut machine = Machine::new(question, terms, at);
         let word = machine.registers[0];
         let left = machine.run_until(terms, |_| false)?;
-        returns(terms, &machine, &left)?;
+        returns(terms, &machine, &left, Called::LeadingZeros)?;
         let Some(zeros) = terms.number(machine.registers[0]) else {
             return unproven("it does not say how many zeros there are");
         };
@@ -182,14 +231,14 @@ fn enter_division(question: &Question, terms: &mut Terms, [at, head]: [u32; 2]) 
     let zero = terms.constant(0);
     let is_zero = terms.equal(by, zero)?;
     if terms.decide(is_zero)? {
-        returns(terms, &machine, &left)?;
+        returns(terms, &machine, &left, Called::Quotient)?;
         is_same(terms, zero, machine.registers[0])?;
         return Ok(machine.looked_at);
     }
     let RunEnd::At(_) = left else {
         return unproven("a division without a loop");
     };
-    keeps(terms, &machine)?;
+    keeps(terms, &machine, Called::Quotient)?;
     let rounds = terms.constant(ROUNDS);
     let wanted = [of, by, zero, rounds, terms.of(Kind::Register(LR))];
     for (register, wanted) in [0, 1, 2, 3, LR].into_iter().zip(wanted) {
@@ -217,8 +266,8 @@ fn round_of_division(question: &Question, terms: &mut Terms, head: u32) -> Told<
     let left = machine.run_until(terms, |machine| machine.pc == head)?;
     let is_last = terms.at_least(rounds, 2)?;
     match (terms.decide(is_last)?, &left) {
-        (true, RunEnd::At(_)) => keeps(terms, &machine)?,
-        (false, RunEnd::For(_)) => returns(terms, &machine, &left)?,
+        (true, RunEnd::At(_)) => keeps(terms, &machine, Called::Quotient)?,
+        (false, RunEnd::For(_)) => returns(terms, &machine, &left, Called::Quotient)?,
         _ => return unproven("a division of another number of rounds"),
     }
     let top = terms.floor(digits, 31)?;

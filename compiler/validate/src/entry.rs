@@ -15,6 +15,7 @@ use crate::kernel::run_shared;
 use crate::machine::Machine;
 use crate::memory::{Address, Changes, Held, Memory};
 use crate::places::Question;
+use crate::root;
 use crate::stop::{Doubt, Reason, Stop, Told, unproven};
 use crate::term::{Base, Kind, Term, Terms};
 
@@ -28,6 +29,7 @@ const ADDRESSES: (i128, i128) = (1 << 28, 7 << 28);
 pub(crate) fn terms(question: &Question) -> Terms {
     let mut terms = Terms::default();
     terms.contracts = contract::shown(question);
+    terms.roots = root::shown(question, &terms.contracts);
     for base in [
         Base::State,
         Base::Record,
@@ -105,7 +107,7 @@ struct Left {
     shared: Vec<(Term, Term)>,
     /// The halfwords of code that it looked at.
     looked_at: Vec<u32>,
-    unknown: u8,
+    unknown: u32,
 }
 
 /// Runs the tick's entry; gives where modes start, and a verdict for each shared word.
@@ -252,7 +254,7 @@ fn run_entry(question: &Question, terms: &mut Terms) -> Told<Left> {
         let address = state_word(terms, *at)?;
         let found = machine.memory.load(terms, address, 4)?;
         let difference = terms.sub(wanted, found)?;
-        let is_same = terms.bounds(difference) == (0, 0);
+        let is_same = terms.is_zero_in_cases(difference)?;
         shared.push((wanted, if is_same { wanted } else { found }));
     }
     let taken = terms.sub(stack, machine.registers[usize::from(SP)])?;

@@ -318,7 +318,13 @@ impl<'a> KernelRun<'a> {
             Op::SarRound(n) => round(t, a, n.into())?,
             Op::DivRound(n) => self.divide_round(t, inst, n)?,
             Op::Quot(n) => self.quotient(t, inst, n)?,
-            Op::Sqrt => t.apply(Function::SquareRoot, vec![a]),
+            Op::Sqrt => {
+                let has_root = t.at_least(a, 0)?;
+                match t.decide(has_root)? {
+                    true => t.apply(Function::SquareRoot, vec![a]),
+                    false => t.constant(0),
+                }
+            }
             Op::Widen | Op::Assume(..) | Op::Narrow => a,
             _ => return wrapping(t, inst.op, a, b),
         }))

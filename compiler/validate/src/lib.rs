@@ -17,10 +17,13 @@
 //! | `term`, `normal`, `apply` | terms and their normal forms |
 //! | `truth` | comparisons, as decision diagrams |
 //! | `bounds` | what is known of a term in a case |
+//! | `choices`, `cases` | what a term chooses; a term in all cases of what it chooses |
 //! | `memory` | loads and stores by address |
 //! | `kernel`, `effects`, `quotient`, `divide` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
+//! | `join` | branches whose sides come together again |
 //! | `contract` | routines that are called, each shown once |
+//! | `root` | loops that find a square root |
 //! | `check`, `entry`, `end` | the comparison of modes, and of the tick's entry and end |
 //! | `around` | rings, pointers and the tick's number at both |
 //! | `room` | how many events a tick can have |
@@ -38,13 +41,16 @@ mod alu;
 mod apply;
 mod around;
 mod bounds;
+mod cases;
 mod check;
+mod choices;
 mod contract;
 mod divide;
 mod effects;
 mod end;
 mod entry;
 mod first;
+mod join;
 mod kernel;
 mod machine;
 mod memory;
@@ -54,6 +60,7 @@ pub mod places;
 mod prepare;
 mod quotient;
 mod room;
+mod root;
 mod sample;
 mod show;
 mod stop;
@@ -64,7 +71,7 @@ mod tests;
 mod truth;
 
 pub use again::{Proven, Ticks};
-pub use places::{Code, LinePlace, Places, Question, RingPlace, Shared, Symbols};
+pub use places::{Called, Code, LinePlace, Places, Question, RingPlace, Shared, Symbols};
 pub use stop::Reason;
 
 use std::fmt;

@@ -17,7 +17,7 @@ use crate::truth::Truth;
 const STEPS_MAX: usize = 10_000;
 
 /// The condition flags.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Flags {
     /// The signed word whose sign and zero they are.
     pub result: Option<Term>,
@@ -43,9 +43,9 @@ pub(crate) struct Machine<'a> {
     pub pc: u32,
     /// The halfwords of code that the run looked at, by address, some more than once.
     pub looked_at: Vec<u32>,
-    it: ItState,
+    pub it: ItState,
     /// How many words that routines have left are not known; each is one of its own.
-    pub unknown: u8,
+    pub unknown: u32,
     /// Where the instruction takes place.
     pub guard: Truth,
 }
@@ -85,16 +85,9 @@ impl<'a> Machine<'a> {
     }
 
     /// A word of which nothing is known.
-    pub fn next_unknown(&mut self, terms: &mut Terms) -> Told<Term> {
-        let Some(next) = self
-            .unknown
-            .checked_add(1)
-            .filter(|next| *next < u8::MAX - 16)
-        else {
-            return unproven("too many calls");
-        };
-        self.unknown = next;
-        Ok(terms.of(Kind::Register(16 + next)))
+    pub fn next_unknown(&mut self, terms: &mut Terms) -> Term {
+        self.unknown += 1;
+        terms.of(Kind::Unknown(self.unknown))
     }
 
     /// In a run with numbers registers hold some, too.
@@ -121,25 +114,35 @@ impl<'a> Machine<'a> {
         mut holds: impl FnMut(&Machine) -> bool,
     ) -> Told<RunEnd> {
         for _ in 0..STEPS_MAX {
-            let (inst, size) = self.fetch()?;
-            let next = self
-                .step(terms, &inst)
-                .map_err(|stop| self.placed(stop, &inst))?;
-            match next {
-                Next::Behind => self.pc = self.pc.wrapping_add(size),
-                Next::To(address) => self.pc = address & !1,
-                Next::Away(target) => match terms.number(target) {
-                    Some(address) if self.question.code.half(address as u32 & !1).is_some() => {
-                        self.pc = address as u32 & !1;
-                    }
-                    _ => return Ok(RunEnd::For(target)),
-                },
+            if !self.pass_root(terms)?
+                && let Some(target) = self.one(terms)?
+            {
+                return Ok(RunEnd::For(target));
             }
             if holds(self) {
                 return Ok(RunEnd::At(self.pc));
             }
         }
         unproven("a path is too long")
+    }
+
+    /// Runs an instruction; gives the address to which it goes, if there is no code.
+    pub fn one(&mut self, terms: &mut Terms) -> Told<Option<Term>> {
+        let (inst, size) = self.fetch()?;
+        let next = self
+            .step(terms, &inst)
+            .map_err(|stop| self.placed(stop, &inst))?;
+        match next {
+            Next::Behind => self.pc = self.pc.wrapping_add(size),
+            Next::To(address) => self.pc = address & !1,
+            Next::Away(target) => match terms.number(target) {
+                Some(address) if self.question.code.half(address as u32 & !1).is_some() => {
+                    self.pc = address as u32 & !1;
+                }
+                _ => return Ok(Some(target)),
+            },
+        }
+        Ok(None)
     }
 
     fn placed(&self, stop: Stop, inst: &Inst) -> Stop {
@@ -188,6 +191,12 @@ impl<'a> Machine<'a> {
             }
             _ => Truth::YES,
         };
+        if self.guard != Truth::YES && inst.op() == Op::B && self.it == ItState::OUTSIDE {
+            let (holds, behind) = (self.guard, self.pc.wrapping_add(inst.size()));
+            self.guard = Truth::YES;
+            let to = self.pc.wrapping_add(4).wrapping_add(inst.imm);
+            return self.go(terms, holds, [to, behind]);
+        }
         if self.guard != Truth::YES && self.must_decide(inst) {
             self.guard = Truth::of(terms.decide(self.guard)?);
         }
@@ -231,10 +240,11 @@ impl<'a> Machine<'a> {
                 let value = self.register(terms, inst.n)?;
                 let zero = terms.constant(0);
                 let is_zero = terms.equal(value, zero)?;
-                match terms.decide(is_zero)? == (inst.op() == Op::CBZ) {
-                    true => Next::To(to),
-                    false => Next::Behind,
-                }
+                let goes = match inst.op() {
+                    Op::CBZ => is_zero,
+                    _ => terms.truths.not(is_zero),
+                };
+                self.go(terms, goes, [to, self.pc.wrapping_add(inst.size())])?
             }
             Op::NOP => Next::Behind,
             _ => return Ok(None),

@@ -174,6 +174,26 @@ impl Memory {
         Ok(())
     }
 
+    /// This where something holds, else another one; none where stores may meet each other.
+    pub fn or_else(&self, terms: &mut Terms, other: &Memory, holds: Truth) -> Told<Option<Memory>> {
+        if self.held == other.held {
+            return Ok(Some(self.clone()));
+        }
+        if self.meets || other.meets {
+            return Ok(None);
+        }
+        let mut all = other.clone();
+        for held in self.held.iter().chain(&other.held) {
+            let address = terms.of_address(held.address)?;
+            let [own, others] = [self, other].map(|memory| memory.load(terms, address, held.bytes));
+            let (own, others) = (own?, others?);
+            if own != others {
+                all.store(terms, address, held.bytes, own, holds)?;
+            }
+        }
+        Ok((!all.meets).then_some(all))
+    }
+
     /// What is there that was not there at the beginning.
     pub fn changes(&self, terms: &mut Terms) -> Told<Changes> {
         let mut all = Changes::default();

@@ -167,6 +167,51 @@ impl Code {
     }
 }
 
+/// A routine that code calls where a core has no instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Called {
+    /// The top word of a product with signs, rounded half up.
+    TopRounded,
+    /// The same, rounded down.
+    Top,
+    /// The same without signs.
+    TopUnsigned,
+    /// A quotient without signs.
+    Quotient,
+    /// How many zeros a word begins with.
+    LeadingZeros,
+    /// A sum, or the word nearest to it.
+    SumSaturated,
+    /// A difference alike.
+    DifferenceSaturated,
+}
+
+impl Called {
+    /// All.
+    pub const ALL: [Called; 7] = [
+        Called::TopRounded,
+        Called::Top,
+        Called::TopUnsigned,
+        Called::Quotient,
+        Called::LeadingZeros,
+        Called::SumSaturated,
+        Called::DifferenceSaturated,
+    ];
+
+    /// Its name, as symbols end in it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Called::TopRounded => "mul_top",
+            Called::Top => "mul_high",
+            Called::TopUnsigned => "umul_high",
+            Called::Quotient => "divide",
+            Called::LeadingZeros => "leading_zeros",
+            Called::SumSaturated => "add_sat",
+            Called::DifferenceSaturated => "sub_sat",
+        }
+    }
+}
+
 /// The names of what is looked at, as addresses with bit 0 clear.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Symbols {
@@ -180,10 +225,8 @@ pub struct Symbols {
     pub init: u32,
     /// What prepares one key.
     pub begin: u32,
-    /// What counts leading zeros, where code calls that.
-    pub leading_zeros: Option<u32>,
-    /// What divides without signs, where code calls that.
-    pub divide: Option<u32>,
+    /// Routines that code calls.
+    pub called: Vec<(Called, u32)>,
     /// Each table.
     pub tables: Vec<u32>,
     /// The state.

@@ -64,6 +64,8 @@ impl Terms {
                 Base::Stack => "STACK",
             }),
             Kind::Register(register) => text.push_str(&format!("r{register}")),
+            Kind::Unknown(number) => text.push_str(&format!("unknown{number}")),
+            Kind::Integer => text.push_str("integer"),
             Kind::Key => text.push_str("KEY"),
             Kind::Load(address, 4) => call("word", &[*address]),
             Kind::Load(address, 2) => call("half", &[*address]),

@@ -65,6 +65,10 @@ pub(crate) enum Kind {
     Base(Base),
     /// A register as it was at the beginning.
     Register(u8),
+    /// A word of which nothing is known, by its number.
+    Unknown(u32),
+    /// An integer of which nothing is known but what is learnt.
+    Integer,
     /// The number of a key.
     Key,
     /// What memory holds at the beginning at an address: so many bytes, unsigned, but for words.
@@ -112,6 +116,8 @@ pub(crate) struct Terms {
     pub(crate) pointers: FxHashSet<Term>,
     /// Routines of which it is shown what they give.
     pub(crate) contracts: Vec<crate::contract::Contract>,
+    /// Loops of which it is shown that they find a root.
+    pub(crate) roots: Vec<crate::root::RootLoop>,
     /// The numbers that memory holds at the beginning, in a run with numbers.
     pub(crate) sample: Option<crate::sample::Sample>,
 }

@@ -8,9 +8,9 @@ use whippen_modes::Modes;
 
 use crate::contract::shown;
 use crate::machine::Machine;
-use crate::places::{Code, Places, Question, Shared, Symbols};
+use crate::places::{Called, Code, Places, Question, Shared, Symbols};
 use crate::stop::Told;
-use crate::term::{Function, Kind, Term, Terms};
+use crate::term::{Kind, Term, Terms};
 
 /// Where the code lies.
 const CODE: u32 = 0x2000_0000;
@@ -108,7 +108,7 @@ const LEADING_ZEROS: &[&str] = &[
 ];
 
 /// How many contracts are shown of a routine, with one of its lines as another text.
-fn contracts(lines: &[&str], other: Option<(usize, &str)>, function: Function) -> usize {
+fn contracts(lines: &[&str], other: Option<(usize, &str)>, called: Called) -> usize {
     let halves = lines.iter().enumerate().map(|(at, line)| {
         let text = other
             .filter(|(own, _)| *own == at)
@@ -120,11 +120,10 @@ fn contracts(lines: &[&str], other: Option<(usize, &str)>, function: Function) -
         }
     });
     asked(&halves.collect::<Vec<u16>>(), |question| {
-        let mut symbols = Symbols::default();
-        match function {
-            Function::LeadingZeros => symbols.leading_zeros = Some(CODE),
-            _ => symbols.divide = Some(CODE),
-        }
+        let symbols = Symbols {
+            called: vec![(called, CODE)],
+            ..Symbols::default()
+        };
         let question = Question {
             symbols: &symbols,
             ..question.clone()
@@ -135,10 +134,10 @@ fn contracts(lines: &[&str], other: Option<(usize, &str)>, function: Function) -
 
 #[test]
 fn routines_give_what_they_are_called_for() {
-    for (lines, function, faults) in [
+    for (lines, called, faults) in [
         (
             DIVIDE,
-            Function::DivideUnsigned,
+            Called::Quotient,
             &[
                 (0, "movs r2, #1"),
                 (1, "movs r3, #31"),
@@ -156,7 +155,7 @@ fn routines_give_what_they_are_called_for() {
         ),
         (
             LEADING_ZEROS,
-            Function::LeadingZeros,
+            Called::LeadingZeros,
             &[
                 (0, "movs r1, #31"),
                 (3, "movs r1, #1"),
@@ -169,10 +168,10 @@ fn routines_give_what_they_are_called_for() {
             ],
         ),
     ] {
-        assert_eq!(contracts(lines, None, function), 1, "{function:?}");
+        assert_eq!(contracts(lines, None, called), 1, "{called:?}");
         for fault in faults {
-            let shown = contracts(lines, Some(*fault), function);
-            assert_eq!(shown, 0, "{function:?}, {fault:?}");
+            let shown = contracts(lines, Some(*fault), called);
+            assert_eq!(shown, 0, "{called:?}, {fault:?}");
         }
     }
 }
