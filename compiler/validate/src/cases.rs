@@ -3,17 +3,15 @@
 //!
 //! In each case the term is built anew, by the constructors that made it, from what is known there.
 
-use std::collections::VecDeque;
-
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use crate::alu::{and, exclusive_or, or};
 use crate::stop::{Stop, Told};
 use crate::term::{Atom, Function, Kind, Term, Terms};
-use crate::truth::{Truth, Variable};
+use crate::truth::Truth;
 
 /// Cases of a term, at most.
-const CASES_MAX: usize = 200;
+const CASES_MAX: usize = 100;
 
 /// What atoms are in a case.
 type Anew = FxHashMap<Atom, Term>;
@@ -36,11 +34,7 @@ impl Terms {
             return Ok(false);
         };
         *left = less;
-        let term = self.without_equals(term, left)?;
-        if self.bounds(term) == (0, 0) {
-            return Ok(true);
-        }
-        let Some(asks) = self.outer_question(term)? else {
+        let Some(asks) = self.question_in(term)? else {
             return Ok(false);
         };
         for holds in [false, true] {
@@ -57,84 +51,6 @@ impl Terms {
             }
         }
         Ok(true)
-    }
-
-    /// The term without two of its atoms, one taken from the other, that are the same function of
-    /// the same: so a difference is looked for where it is, below what was made of it.
-    fn without_equals(&mut self, mut term: Term, left: &mut usize) -> Told<Term> {
-        let parts = self.sum(term).parts.clone();
-        let mut gone = vec![false; parts.len()];
-        for (at, (one, by)) in parts.iter().enumerate() {
-            for (behind, (other, less)) in parts.iter().enumerate().skip(at + 1) {
-                if gone[at] || gone[behind] || by.checked_neg() != Some(*less) {
-                    continue;
-                }
-                let Some(pairs) = self.made_of([*one, *other]) else {
-                    continue;
-                };
-                let mut same = true;
-                for [a, b] in pairs {
-                    let over = self.sub(a, b)?;
-                    same = same && self.is_zero(over, left)?;
-                }
-                if same {
-                    (gone[at], gone[behind]) = (true, true);
-                    let [one, other] = [*one, *other].map(|atom| self.single(atom));
-                    let over = self.sub(one, other)?;
-                    term = self.add_scaled(term, over, -by)?;
-                }
-            }
-        }
-        Ok(term)
-    }
-
-    /// Of two atoms that are made alike, what must be equal so that they are.
-    fn made_of(&mut self, atoms: [Atom; 2]) -> Option<Vec<[Term; 2]>> {
-        match atoms.map(|atom| self.kind(atom).clone()) {
-            [Kind::Floor(a, n), Kind::Floor(b, m)] if n == m => Some(vec![[a, b]]),
-            [Kind::Positive(a), Kind::Positive(b)] => Some(vec![[a, b]]),
-            [Kind::Gate(holds, a), Kind::Gate(own, b)] if holds == own => Some(vec![[a, b]]),
-            [Kind::Times(a, b), Kind::Times(c, d)] => Some(vec![[a, c], [b, d]]),
-            [Kind::Apply(one, a), Kind::Apply(other, b)] if one == other && a.len() == b.len() => {
-                Some(a.into_iter().zip(b).map(|(a, b)| [a, b]).collect())
-            }
-            [Kind::Product(mut a), Kind::Product(b)] => {
-                let mut others = Vec::new();
-                for factor in b {
-                    match a.iter().position(|own| *own == factor) {
-                        Some(at) => {
-                            a.remove(at);
-                        }
-                        None => others.push(factor),
-                    }
-                }
-                match (&a[..], &others[..]) {
-                    ([one], [other]) => self.made_of([*one, *other]),
-                    _ => None,
-                }
-            }
-            _ => None,
-        }
-    }
-
-    /// What must be known before a term can be simpler: the outermost choice in it, which may leave
-    /// nothing of what is within.
-    fn outer_question(&mut self, term: Term) -> Told<Option<Variable>> {
-        let mut left = VecDeque::from([term]);
-        let mut seen: FxHashSet<Term> = FxHashSet::default();
-        while let Some(term) = left.pop_front() {
-            if !seen.insert(term) {
-                continue;
-            }
-            for (atom, _) in self.sum(term).parts.clone() {
-                if let Some(asks) = self.choice_of(atom)? {
-                    return Ok(Some(asks));
-                }
-                let kind = self.kind(atom).clone();
-                left.extend(self.terms_in(&kind));
-            }
-        }
-        Ok(None)
     }
 
     /// The same term, as it is built where more is known.

@@ -128,6 +128,14 @@ pub(crate) fn in_all_cases<T>(
     Ok(all.into_iter().flat_map(|(_, own)| own).collect())
 }
 
+/// A processor that takes each side of a branch as a case.
+fn in_cases<'a>(question: &'a Question<'a>, terms: &mut Terms, at: u32) -> Machine<'a> {
+    Machine {
+        joins: false,
+        ..Machine::new(question, terms, at)
+    }
+}
+
 /// Whether a routine leaves what is not its own.
 fn keeps(terms: &mut Terms, machine: &Machine, called: Called) -> Told<()> {
     if !machine.memory.held.is_empty() {
@@ -180,7 +188,7 @@ fn plain(question: &Question, called: Called, at: u32) -> Result<Vec<u32>, Doubt
 
 fn leading_zeros(question: &Question, at: u32) -> Result<Vec<u32>, Doubt> {
     in_all_cases(&mut Terms::default(), |terms| {
-        let mut machine = Machine::new(question, terms, at);
+        let mut machine = in_cases(question, terms, at);
         let word = machine.registers[0];
         let left = machine.run_until(terms, |_| false)?;
         returns(terms, &machine, &left, Called::LeadingZeros)?;
@@ -200,7 +208,7 @@ fn leading_zeros(question: &Question, at: u32) -> Result<Vec<u32>, Doubt> {
 /// Where the loop of a division begins: where a run comes to again first.
 fn head_of(question: &Question, at: u32) -> Told<u32> {
     let mut terms = Terms::default();
-    let mut machine = Machine::new(question, &mut terms, at);
+    let mut machine = in_cases(question, &mut terms, at);
     for register in 0..2 {
         machine.registers[register] = terms.constant(7);
     }
@@ -225,7 +233,7 @@ fn divide(question: &Question, at: u32) -> Result<Vec<u32>, Doubt> {
 
 /// A quotient by 0 is 0; any other one begins with nothing that remains.
 fn enter_division(question: &Question, terms: &mut Terms, [at, head]: [u32; 2]) -> Told<Vec<u32>> {
-    let mut machine = Machine::new(question, terms, at);
+    let mut machine = in_cases(question, terms, at);
     let [of, by] = [machine.registers[0], machine.registers[1]];
     let left = machine.run_until(terms, |machine| machine.pc == head)?;
     let zero = terms.constant(0);
@@ -250,7 +258,7 @@ fn enter_division(question: &Question, terms: &mut Terms, [at, head]: [u32; 2]) 
 /// One round: R0 holds what is left of the dividend and the digits so far, R1 the divisor, R2 what
 /// remains, less than that, and R3 the rounds that are left.
 fn round_of_division(question: &Question, terms: &mut Terms, head: u32) -> Told<Vec<u32>> {
-    let mut machine = Machine::new(question, terms, head);
+    let mut machine = in_cases(question, terms, head);
     let rounds = machine.registers[3];
     terms.learn(rounds, (1, ROUNDS))?;
     // Words without signs, each with a register of its own.

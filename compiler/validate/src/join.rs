@@ -19,7 +19,8 @@ impl Machine<'_> {
     /// A branch to an address where something holds, else behind it.
     pub fn go(&mut self, terms: &mut Terms, holds: Truth, [to, behind]: [u32; 2]) -> Told<Next> {
         let holds = terms.settle(holds);
-        if holds.settled().is_none()
+        if self.joins
+            && holds.settled().is_none()
             && let Some(join) = self.join_of(to, behind)
             && self.both_sides(terms, holds, [to, behind], join)?
         {

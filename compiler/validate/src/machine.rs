@@ -48,6 +48,8 @@ pub(crate) struct Machine<'a> {
     pub unknown: u32,
     /// Where the instruction takes place.
     pub guard: Truth,
+    /// Whether what sides of a branch leave may be put together.
+    pub joins: bool,
 }
 
 /// How a run ends.
@@ -81,6 +83,7 @@ impl<'a> Machine<'a> {
             it: ItState::OUTSIDE,
             unknown: 0,
             guard: Truth::YES,
+            joins: true,
         }
     }
 
