@@ -102,4 +102,29 @@ mod tests {
             (Some(0x0504_0302), None, None, None)
         );
     }
+
+    /// A 32-bit instruction across two segments, one whose end is not there, and what is none.
+    #[test]
+    fn instructions_are_read_from_their_halfwords() {
+        // adds r0, #1; smull r0, r1, r2, r3 in two parts.
+        let mut code = Code::new(0x100, vec![0x01, 0x30, 0x82, 0xfb]);
+        code.add(0x104, vec![0x03, 0x01]);
+        code.add(0x200, vec![0x82, 0xfb]);
+        assert_eq!(
+            [0x100, 0x102, 0x104, 0x106].map(|at| code.is_wide_at(at)),
+            [false, true, false, false]
+        );
+        let text = |at| {
+            let inst = code.decode(at, Arch::V8M, ItState::OUTSIDE)?;
+            Some(inst.map(|inst| inst.to_string()).ok())
+        };
+        assert_eq!(text(0x100), Some(Some("adds r0, #1".into())));
+        assert_eq!(text(0x102), Some(Some("smull r0, r1, r2, r3".into())));
+        assert_eq!([text(0x200), text(0x106)], [None, None]);
+        assert_eq!(
+            code.decode(0x102, Arch::V6M, ItState::OUTSIDE)
+                .map(|inst| inst.is_ok()),
+            Some(false)
+        );
+    }
 }

@@ -291,3 +291,67 @@ impl From<UnknownTime> for NotBounded {
 }
 
 impl std::error::Error for NotBounded {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::unknown::Unknown;
+
+    /// Of each its address, whether the board is to blame, and what is said of it.
+    #[test]
+    fn what_is_refused_is_told_with_its_address() {
+        let access = UnknownTime {
+            address: 0x108,
+            fetch: false,
+            what: Unknown::Nothing { target: 0x40 },
+            better: None,
+        };
+        let room = NotBounded::StackRoom {
+            needed: 90,
+            room: 80,
+            end: 0x200,
+        };
+        for (why, address, board, says) in [
+            (
+                NotBounded::NoCode { address: 0x100 },
+                Some(0x100),
+                false,
+                "execution reaches 0x00000100",
+            ),
+            (
+                NotBounded::NoRounds { head: 0x102 },
+                Some(0x102),
+                false,
+                "the loop at 0x00000102 has no bound",
+            ),
+            (
+                NotBounded::Irreducible {
+                    entries: [0x104, 0x106],
+                },
+                Some(0x104),
+                false,
+                "the loop with 0x00000104 and 0x00000106",
+            ),
+            (
+                NotBounded::Endless { entry: 0x10a },
+                Some(0x10a),
+                false,
+                "no path from 0x0000010a ends",
+            ),
+            (
+                access.into(),
+                Some(0x108),
+                true,
+                "the code at 0x00000108 accesses 0x00000040",
+            ),
+            (room, None, true, "a stack takes up to 90 bytes"),
+        ] {
+            assert_eq!(
+                (why.address(), why.is_the_boards()),
+                (address, board),
+                "{why}"
+            );
+            assert!(why.to_string().contains(says), "{why}");
+        }
+    }
+}

@@ -169,3 +169,76 @@ impl CoreBudget {
         self.cycles_max as i64 + self.slack_cycles
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So many keys, which take so many of the cycles of a core.
+    fn core(keys: u32, cycles_max: u64, keys_cycles_max: u64) -> CoreBudget {
+        CoreBudget {
+            keys,
+            cycles_max,
+            keys_cycles_max,
+            around_cycles_max: cycles_max - keys_cycles_max,
+            contention_cycles_max: 0,
+            slack_cycles: 3000 - cycles_max as i64,
+            more_keys: 0,
+            stack_bytes_max: 0,
+        }
+    }
+
+    /// 50 000 ticks a second at 150 MHz.
+    fn budget(cores: &[CoreBudget]) -> Budget {
+        Budget {
+            period_cycles: 3000,
+            clock_hz: 150_000_000,
+            rate_hz: Rate::whole(50_000),
+            key_cycles_max: 0,
+            contended_key_cycles_max: 0,
+            cores: cores.to_vec(),
+            class: Evidence::Exact,
+            key_class: Evidence::Exact,
+        }
+    }
+
+    #[test]
+    fn what_is_left_is_that_of_the_fullest_core() {
+        let (room, full, late) = (
+            core(10, 2500, 2000),
+            core(4, 3000, 500),
+            core(8, 3100, 2800),
+        );
+        let both = budget(&[room, late]);
+        assert!(budget(&[room, full]).fits() && !both.fits());
+        assert_eq!(both.fullest(), Some(&late));
+        assert_eq!(budget(&[]).fullest(), None);
+        assert_eq!(both.rate_hz_max(), 150_000_000 / 3100);
+        assert_eq!(both.clock_hz_min(), 3100 * 50_000);
+        // (3000 - 500) / 10, where the other one has (3000 - 300) / 8.
+        assert_eq!(both.key_cycles_allowed(), 250);
+        assert_eq!(budget(&[late]).key_cycles_allowed(), 337);
+        assert_eq!(
+            both.to_string(),
+            "3000 cycles a tick\n\
+             core 0: 10 keys, 2500 cycles at most, 500 around the keys, 500 left\n\
+             core 1: 8 keys, 3100 cycles at most, 300 around the keys, -100 left\n"
+        );
+    }
+
+    #[test]
+    fn parts_are_those_of_a_period() {
+        let (room, late) = (core(10, 2500, 2000), core(8, 3600, 2800));
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        assert!(near(room.utilization(), 2500.0 / 3000.0) && near(room.slack(), 0.5 / 3.0));
+        assert!(near(late.utilization(), 1.2) && near(late.slack(), -0.2));
+    }
+
+    /// Where a key takes 350 cycles.
+    #[test]
+    fn so_many_keys_are_too_many_as_are_late() {
+        let surplus = |cycles| core(8, cycles, 2800).surplus_keys();
+        let late = [2900, 3000, 3001, 3350, 3351, 3700, 3701];
+        assert_eq!(late.map(surplus), [0, 0, 1, 1, 2, 2, 3]);
+    }
+}

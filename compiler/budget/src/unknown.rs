@@ -69,3 +69,38 @@ impl fmt::Display for UnknownTime {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_unknown_is_told_with_what_to_write() {
+        let of = |fetch, section: Option<&str>, better: Option<&str>| {
+            let access = UnknownTime {
+                address: 0x100,
+                fetch,
+                what: Unknown::Memory {
+                    memory: "flash".into(),
+                    section: section.map(str::to_string),
+                },
+                better: better.map(str::to_string),
+            };
+            access.to_string()
+        };
+        let ends = ", where nobody can say how long that takes: `memory.flash.access` is no number \
+                    of cycles in the board's file";
+        assert_eq!(
+            of(false, None, Some("sram")),
+            format!("`what is accessed` may be accessed at 0x00000100 in `flash`{ends}")
+        );
+        assert_eq!(
+            of(true, Some(".text.keys"), Some("sram")),
+            format!(
+                "`.text.keys` is fetched from `flash`{}; under [place], put it elsewhere, as in \
+                 `\".text.keys*\" = \"sram\"`",
+                ends.replace("access`", "fetch`")
+            )
+        );
+    }
+}

@@ -5,12 +5,13 @@ use whippen_arm::image::executable;
 use whippen_audit::{Elf, audit};
 use whippen_board::{AccessTime, Board, ColumnWires};
 use whippen_budget::{
-    Bounded, Extent, NotBounded, Program, Unknown, calling_tick_without_waiting, certificate,
-    cores, tick_without_waiting,
+    Bounded, Budget, Extent, NotBounded, Program, Unknown, calling_tick_without_waiting,
+    certificate, cores, tick_without_waiting,
 };
 use whippen_firmware::{LOOKS, TIMED};
 use whippen_keyboard::ProgramId;
 use whippen_parts::{Beside, EARLY_CYCLES_MIN};
+use whippen_rate::Rate;
 
 use super::image::{Played, Row, columns, members, rate_of, rp2350};
 
@@ -119,6 +120,32 @@ fn what_is_early_has_a_bound_that_a_checker_comes_to() {
     assert!(played.image.cut().expect("it is in parts").has_early());
     played.is_audited(0);
     insta::assert_snapshot!(played.told());
+}
+
+/// What is left of a period, and for how many more keys, is that of the bounds with both cores at
+/// work.
+#[test]
+fn a_budget_is_of_its_bounds() {
+    let played = Played::new(&[&[(10, 0)]], &[6, 4]);
+    let bounds = &played.bounds[0];
+    let budget = Budget::of(bounds, &played.board, Rate::whole(50_000));
+    assert_eq!((budget.period_cycles, budget.clock_hz), (3000, 150_000_000));
+    let keys = |of: &dyn Fn(&Bounded) -> u64| bounds.iter().map(of).max().expect("cores");
+    let alone = keys(&|core| core.alone.key_cycles_max());
+    let contended = keys(&|core| core.contended.key_cycles_max());
+    assert_eq!(
+        (budget.key_cycles_max, budget.contended_key_cycles_max),
+        (alone, contended)
+    );
+    assert_eq!(budget.cores.len(), 2);
+    for ((own, bound), keys) in budget.cores.iter().zip(bounds).zip([6, 4]) {
+        let (cycles, key) = (bound.contended.cycles_max, bound.contended.key_cycles_max());
+        assert_eq!((own.keys, own.cycles_max), (keys, cycles));
+        assert_eq!(own.slack_cycles, 3000 - cycles as i64);
+        let more = u64::from(own.more_keys);
+        assert!(cycles + more * key <= 3000 && cycles + (more + 1) * key > 3000);
+        assert!(more > 0);
+    }
 }
 
 /// Columns of keys, with a DMA.
