@@ -110,10 +110,12 @@ fn validated_modes_of_a_cortex_m33() {
 }
 
 /// Instruments that are quickly validated on a core without long products.
-const QUICK_OF_M0PLUS: [&str; 7] = [
+const QUICK_OF_M0PLUS: [&str; 9] = [
     "snap_dome",
     "virtual_spring",
     "baker",
+    "knob",
+    "tracker_organ",
     "two_body",
     "hammond",
     "harpsichord",
@@ -203,5 +205,16 @@ fn what_is_not_followed_is_said() {
         let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
         let told = validate_image(&built.whole, &instruments).to_string();
         assert_eq!(told, words, "{board}");
+    }
+}
+
+/// On each board, in a mode and in the tick's entry.
+#[test]
+fn roots_are_followed() {
+    for board in ["rp2350", "rp2040", "stm32f4"] {
+        let built = built_of("../tests/programs/roots.whip", board);
+        let instruments = ImageInstrument::borrow_all(std::slice::from_ref(&built.instrument));
+        let validation = validate_image(&built.whole, &instruments);
+        assert_eq!(validation.not_validated().len(), 0, "{board}: {validation}");
     }
 }

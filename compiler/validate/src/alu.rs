@@ -332,7 +332,7 @@ fn bit(terms: &mut Terms, a: Term) -> Told<Option<crate::truth::Truth>> {
     terms.at_least(a, 1).map(Some)
 }
 
-pub(crate) fn and(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
+fn and(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     let zero = terms.constant(0);
     for (a, b) in [(n, m), (m, n)] {
         if let Some(none) = mask(terms, b)? {

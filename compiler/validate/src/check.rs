@@ -336,10 +336,7 @@ fn compare_at(
         return Ok(());
     }
     if let Some(asks) = terms.question_in(difference)? {
-        return match terms.is_zero_in_cases(difference)? {
-            true => Ok(()),
-            false => Err(Stop::Split(asks)),
-        };
+        return Err(Stop::Split(asks));
     }
     let held = Held {
         address,

@@ -51,7 +51,7 @@ impl Terms {
     }
 
     /// What must be known before an atom can be simpler than what it is made of.
-    pub fn choice_of(&mut self, atom: Atom) -> Told<Option<Variable>> {
+    fn choice_of(&mut self, atom: Atom) -> Told<Option<Variable>> {
         let truth = match *self.kind(atom) {
             Kind::Floor(inner, n) => match self.sign_of_floor(inner, n)? {
                 Some(truth) => truth,
@@ -83,7 +83,7 @@ impl Terms {
     }
 
     /// What is computed of other terms, of those, in order.
-    pub fn terms_in(&mut self, kind: &Kind) -> Vec<Term> {
+    fn terms_in(&mut self, kind: &Kind) -> Vec<Term> {
         match kind {
             Kind::Product(factors) => factors.iter().map(|f| self.single(*f)).collect(),
             Kind::Times(a, b) => vec![*a, *b],

@@ -3,7 +3,7 @@
 //!
 //! | routine | how it is shown |
 //! | --- | --- |
-//! | the top word of a product | of any two words: sums of products of halves are one product |
+//! | the top word of a product with signs | of any two words: sums of products of halves are one product |
 //! | saturating sums | in each case of the sum |
 //! | leading zeros | in each case of the word there is one number, and all words of the case begin with so many |
 //! | quotient without signs | by induction: each round of the loop brings down a bit of the dividend, and takes the divisor from what remains where it is not more; that 32 rounds are the quotient is a theorem (long division in binary digits), and tested with numbers (`tests`) |

@@ -17,7 +17,7 @@
 //! | `term`, `normal`, `apply` | terms and their normal forms |
 //! | `truth` | comparisons, as decision diagrams |
 //! | `bounds` | what is known of a term in a case |
-//! | `choices`, `cases` | what a term chooses; a term in all cases of what it chooses |
+//! | `choices` | what a term chooses |
 //! | `memory` | loads and stores by address |
 //! | `kernel`, `effects`, `quotient`, `divide` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
@@ -41,7 +41,6 @@ mod alu;
 mod apply;
 mod around;
 mod bounds;
-mod cases;
 mod check;
 mod choices;
 mod contract;

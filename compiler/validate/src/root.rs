@@ -128,7 +128,7 @@ fn comes_to_square(question: &Question, mut at: u32) -> bool {
 }
 
 /// The loop that begins there, if it is one.
-fn loop_at(question: &Question, contracts: &[Contract], head: u32) -> Option<RootLoop> {
+pub(crate) fn loop_at(question: &Question, contracts: &[Contract], head: u32) -> Option<RootLoop> {
     let words = words_of(question, contracts, head)?;
     let mut all = Vec::new();
     for root in &words {

@@ -2,13 +2,14 @@
 
 use whippen_deterministic::Rng;
 use whippen_ids::IdMap;
-use whippen_isa::{Arch, parse};
+use whippen_isa::{Arch, ItState, Op, parse};
 use whippen_kernel::Kernel;
 use whippen_modes::Modes;
 
 use crate::contract::shown;
 use crate::machine::Machine;
 use crate::places::{Called, Code, Places, Question, Shared, Symbols};
+use crate::root::loop_at;
 use crate::stop::Told;
 use crate::term::{Kind, Term, Terms};
 
@@ -29,7 +30,7 @@ const ENDS: [(u16, i128, bool); 4] = [
 ];
 
 /// A question about some code.
-fn asked<T>(halves: &[u16], ask: impl FnOnce(&Question) -> T) -> T {
+fn asked<T>(halves: &[u16], arch: Arch, ask: impl FnOnce(&Question) -> T) -> T {
     let modes = Modes {
         kernel: Kernel::default(),
         modes: IdMap::new(),
@@ -46,14 +47,14 @@ fn asked<T>(halves: &[u16], ask: impl FnOnce(&Question) -> T) -> T {
         code: &code,
         symbols: &Symbols::default(),
         places: &Places::default(),
-        arch: Arch::V6M,
+        arch,
     };
     ask(&question)
 }
 
 /// What a routine leaves in R0.
 fn result(halves: &[u16], terms: &mut Terms) -> Told<Term> {
-    asked(halves, |question| {
+    asked(halves, Arch::V6M, |question| {
         let mut machine = Machine::new(question, terms, CODE);
         machine.run(terms)?;
         Ok(machine.registers[0])
@@ -107,19 +108,64 @@ const LEADING_ZEROS: &[&str] = &[
     "bx lr",
 ];
 
+/// Code of some lines, some of them with another text.
+fn code_of(lines: &[&str], arch: Arch, others: &[(usize, &str)]) -> Vec<u16> {
+    let mut it = ItState::OUTSIDE;
+    let mut halves = Vec::new();
+    for (at, line) in lines.iter().enumerate() {
+        let other = others.iter().find(|(own, _)| *own == at);
+        let text = other.map_or(*line, |own| own.1);
+        let inst = parse(text, arch, it.cond()).unwrap_or_else(|why| panic!("{text}: {why:?}"));
+        it = match inst.op() {
+            Op::IT => ItState::after_it((inst.imm >> 4) as u8, 8).unwrap_or_default(),
+            _ => it.advance(),
+        };
+        match inst.encode(arch) {
+            Ok(whippen_isa::Code::Narrow(half)) => halves.push(half),
+            Ok(whippen_isa::Code::Wide(first, second)) => halves.extend([first, second]),
+            Err(why) => panic!("{text}: {why:?}"),
+        }
+    }
+    halves
+}
+
+/// `mul_top` of the same file; `mul_high` has another end.
+const MUL_TOP: &[&str] = &[
+    "uxth r2, r0",
+    "uxth r3, r1",
+    "asrs r0, r0, #16",
+    "asrs r1, r1, #16",
+    "mov r12, r2",
+    "muls r2, r3, r2",
+    "muls r3, r0, r3",
+    "muls r0, r1, r0",
+    "lsrs r2, r2, #16",
+    "adds r3, r3, r2",
+    "mov r2, r12",
+    "muls r1, r2, r1",
+    "uxth r2, r3",
+    "adds r1, r1, r2",
+    "asrs r3, r3, #16",
+    "adds r0, r0, r3",
+    "asrs r1, r1, #16",
+    "adcs r0, r1",
+    "bx lr",
+];
+/// `add_sat` of `compiler/arm/src/thumb/v6m/saturate.s`; `sub_sat` begins otherwise.
+const ADD_SAT: &[&str] = &[
+    "adds r0, r0, r1",
+    "bvc .+10",
+    "asrs r0, r0, #31",
+    "movs r1, #1",
+    "lsls r1, r1, #31",
+    "eors r0, r1",
+    "bx lr",
+];
+
 /// How many contracts are shown of a routine, with one of its lines as another text.
 fn contracts(lines: &[&str], other: Option<(usize, &str)>, called: Called) -> usize {
-    let halves = lines.iter().enumerate().map(|(at, line)| {
-        let text = other
-            .filter(|(own, _)| *own == at)
-            .map_or(*line, |own| own.1);
-        let inst = parse(text, Arch::V6M, None).unwrap_or_else(|why| panic!("{text}: {why:?}"));
-        match inst.encode(Arch::V6M) {
-            Ok(whippen_isa::Code::Narrow(half)) => half,
-            other => panic!("{text}: {other:?}"),
-        }
-    });
-    asked(&halves.collect::<Vec<u16>>(), |question| {
+    let halves = code_of(lines, Arch::V6M, other.as_slice());
+    asked(&halves, Arch::V6M, |question| {
         let symbols = Symbols {
             called: vec![(called, CODE)],
             ..Symbols::default()
@@ -205,5 +251,120 @@ fn products_of_halves_are_the_top_word_of_a_product() {
         let sum = terms.plus(product, added).expect("it is no large number");
         let top = terms.floor(sum, 32).expect("it is no large number");
         assert_eq!(found == top, is_so, "{}", terms.show(found));
+    }
+}
+
+#[test]
+fn products_and_saturating_sums_are_shown() {
+    let with = |lines: &[&'static str], at: usize, text: &'static str| {
+        let mut lines = lines.to_vec();
+        lines[at] = text;
+        lines
+    };
+    let all = [
+        (MUL_TOP.to_vec(), Called::TopRounded),
+        (with(MUL_TOP, 17, "adds r0, r0, r1"), Called::Top),
+        (ADD_SAT.to_vec(), Called::SumSaturated),
+        (
+            with(ADD_SAT, 0, "subs r0, r0, r1"),
+            Called::DifferenceSaturated,
+        ),
+    ];
+    for (lines, called) in &all {
+        for other in Called::ALL {
+            let shown = contracts(lines, None, other);
+            assert_eq!(shown == 1, other == *called, "{called:?} as {other:?}");
+        }
+    }
+    let of_products = [
+        (0, "uxth r2, r1"),
+        (4, "mov r11, r2"),
+        (4, "mov r12, r3"),
+        (7, "muls r0, r3, r0"),
+        (8, "lsrs r2, r2, #15"),
+        (9, "adds r3, r3, r1"),
+        (13, "adds r1, r1, r3"),
+        (14, "lsrs r3, r3, #16"),
+        (16, "asrs r1, r1, #15"),
+        (17, "adcs r1, r0"),
+    ];
+    for fault in of_products {
+        let shown = contracts(MUL_TOP, Some(fault), Called::TopRounded);
+        assert_eq!(shown, 0, "{fault:?}");
+    }
+    let of_sums = [
+        (0, "adds r0, r0, r2"),
+        (1, "bvs .+10"),
+        (1, "bcc .+10"),
+        (2, "asrs r0, r0, #30"),
+        (3, "movs r2, #1"),
+        (4, "lsls r1, r1, #30"),
+        (5, "orrs r0, r1"),
+    ];
+    for fault in of_sums {
+        let shown = contracts(ADD_SAT, Some(fault), Called::SumSaturated);
+        assert_eq!(shown, 0, "{fault:?}");
+    }
+}
+
+/// The loop of a root with the number in R0 and R2, as a Cortex-M33 has it.
+const ROOT: &[&str] = &[
+    "adds r4, r1, r3",
+    "umull r12, r5, r4, r4",
+    "cmp r0, r12",
+    "sbcs.w r5, r2, r5",
+    "it ge",
+    "movge r1, r4",
+    "lsrs r3, r3, #1",
+    "bne .-18",
+    "bx lr",
+];
+
+#[test]
+fn a_loop_of_a_root_is_shown() {
+    let is_shown = |others: &[(usize, &str)]| {
+        asked(&code_of(ROOT, Arch::V8M, others), Arch::V8M, |question| {
+            loop_at(question, &[], CODE).is_some()
+        })
+    };
+    assert!(is_shown(&[]));
+    let faults: &[&[(usize, &str)]] = &[
+        &[(0, "adds r4, r1, r2")],
+        &[(0, "subs r4, r1, r3")],
+        &[(1, "umull r12, r5, r4, r1")],
+        &[(1, "smull r12, r5, r4, r3")],
+        &[(2, "cmp r2, r12")],
+        &[(2, "cmp r12, r0")],
+        &[(3, "sbcs.w r5, r5, r2")],
+        &[(3, "subs.w r5, r2, r5")],
+        &[(4, "it gt"), (5, "movgt r1, r4")],
+        &[(4, "it lt"), (5, "movlt r1, r4")],
+        &[(5, "movge r1, r3")],
+        &[(5, "movge r0, r4")],
+        &[(6, "lsrs r3, r3, #2")],
+        &[(6, "asrs r3, r1, #1")],
+        &[(7, "beq .-18")],
+        &[(7, "bne .-14")],
+    ];
+    for fault in faults {
+        assert!(!is_shown(fault), "{fault:?}");
+    }
+}
+
+/// What is shown of a round is a root, from a root of 0 and the highest bit that may be on.
+#[test]
+fn rounds_of_a_root_are_the_root() {
+    let mut rng = Rng::new(6);
+    for _ in 0..20_000 {
+        let bits = 1 + rng.below(31) as u32;
+        let number = rng.next() & ((1 << (2 * bits)) - 1);
+        let number = number >> rng.pick(&[0, 1, 8, 16, 24, 31]);
+        let (mut root, mut bit) = (0_u64, 1_u64 << (bits - 1));
+        while bit > 0 {
+            let tried = root + bit;
+            root = if number >= tried * tried { tried } else { root };
+            bit /= 2;
+        }
+        assert_eq!(root, number.isqrt());
     }
 }
