@@ -52,8 +52,8 @@ const fn modes(file: &'static str, code: &'static str, share: usize) -> Target {
 
 /// Besides plain instruments one that reads a delay line at an index, exact quotients in the entry
 /// and in a part, and quotients for searches; the ring of events at the entry and the end, and
-/// lines at the end; what prepares keys, of which each core has some; branches that join and products
-/// that are called for, on a core without long ones; roots, in modes and in entries.
+/// lines at the end; what prepares keys, of which each core has some; branches that join and
+/// products that are called for, on a core without long ones; roots, in modes and in entries.
 const TARGETS: [Target; 25] = [
     modes("hammond.whip", "core0", 60),
     modes("celesta.whip", "core0", 220),
@@ -99,45 +99,26 @@ const TARGETS: [Target; 25] = [
     routine(Routine::Begin, "rp2040", "harpsichord.whip"),
     routine(Routine::Init, "stm32f4", "snap-dome.whip"),
     routine(Routine::Begin, "stm32f4", "snap-dome.whip"),
-    Target {
-        board: "rp2040",
-        is_quick: false,
-        ..modes("knob.whip", "core0", 40)
-    },
-    Target {
-        board: "rp2040",
-        is_quick: false,
-        ..modes("tracker-organ.whip", "core0", 40)
-    },
-    Target {
-        board: "rp2040",
-        is_quick: false,
-        ..modes("clavichord-heard.whip", "core0", 40)
-    },
-    Target {
-        is_quick: false,
-        ..modes(ROOTS, "core0", 30)
-    },
-    Target {
-        board: "rp2040",
-        is_quick: false,
-        ..modes(ROOTS, "core0", 30)
-    },
-    Target {
-        whose: Some(Whose::Entry),
-        is_quick: false,
-        ..modes(ROOTS, "core0", 30)
-    },
-    Target {
-        board: "rp2040",
-        whose: Some(Whose::Entry),
-        is_quick: false,
-        ..modes(ROOTS, "core0", 30)
-    },
+    slow("rp2040", None, "knob.whip"),
+    slow("rp2040", None, "tracker-organ.whip"),
+    slow("rp2040", None, "clavichord-heard.whip"),
+    slow("rp2350", None, ROOTS),
+    slow("rp2040", None, ROOTS),
+    slow("rp2350", Some(Whose::Entry), ROOTS),
+    slow("rp2040", Some(Whose::Entry), ROOTS),
 ];
 
 /// From where the bundled ones are.
 const ROOTS: &str = "../tests/programs/roots.whip";
+
+const fn slow(board: &'static str, whose: Option<Whose>, file: &'static str) -> Target {
+    Target {
+        board,
+        whose,
+        is_quick: false,
+        ..modes(file, "core0", 30)
+    }
+}
 
 const fn routine(routine: Routine, board: &'static str, file: &'static str) -> Target {
     Target {

@@ -1,10 +1,10 @@
 //! Loops that find a square root: bit by bit from the top, each kept where the square still fits.
 //!
 //! ```text
-//!   head:  tried = root + bit     root = tried, if tried^2 <= a     bit = bit / 2, again if not 0
+//!   head:  tried = root + bit    root = tried, if tried^2 <= a    bit = bit / 2, again if not 0
 //! ```
 //!
-//! One round is shown for whatever root, bit and number, by where the round before leaves them; what
+//!   head:  tried = root + bit   root = tried, if tried^2 <= a   bit = bit / 2, again if not 0
 //! else it changes is then unknown. A loop that begins with a root of 0 and a bit of `2^(k-1)`, for
 //! a number less than `4^k`, ends with its root: a theorem, and tested with numbers (`tests`). A
 //! loop that is not shown, or begins otherwise, is followed as it is.
