@@ -201,7 +201,7 @@ struct Round<'a> {
 }
 
 /// What a round leaves.
-struct Left {
+struct RoundLeft {
     changed: BTreeSet<Word>,
     /// What holds the new root.
     results: BTreeSet<Word>,
@@ -242,13 +242,13 @@ impl Round<'_> {
 
     /// All cases of a round that is not the last, or of the last one: it ends where it leaves the
     /// code of the others.
-    fn in_cases(&self, others: Option<&BTreeSet<u32>>) -> Result<Vec<Left>, Doubt> {
+    fn in_cases(&self, others: Option<&BTreeSet<u32>>) -> Result<Vec<RoundLeft>, Doubt> {
         in_all_cases(&mut with(self.contracts), |terms| {
             self.run(terms, others).map(|left| vec![left])
         })
     }
 
-    fn run(&self, terms: &mut Terms, others: Option<&BTreeSet<u32>>) -> Told<Left> {
+    fn run(&self, terms: &mut Terms, others: Option<&BTreeSet<u32>>) -> Told<RoundLeft> {
         let mut machine = begin(self.question, terms, self.head);
         let [root, bit] = [0, 1].map(|at| terms.of(Kind::Unknown(at)));
         let number = terms.of(Kind::Integer);
@@ -298,7 +298,7 @@ impl Round<'_> {
                 results.insert(*word);
             }
         }
-        Ok(Left {
+        Ok(RoundLeft {
             changed,
             results,
             looked_at: machine.looked_at,
