@@ -14,10 +14,12 @@
 //! until that is one that is known. So without what is early on core 1 and with it, and then with
 //! what is heard there as well.
 
+mod odd_key;
+
 use std::collections::BTreeSet;
 
 use whippen_board::{Board, COLUMN_KEYS, Columns};
-use whippen_budget::{Bounded, Budget, NotBounded, Program, TickHandlerBound, cores};
+use whippen_budget::{Bounded, NotBounded, Program, TickHandlerBound, cores};
 use whippen_firmware::{
     FirmwareImage, ImageError, InParts, Instrument, PartCode, ProgramCode, Role, Setup,
     build_divided, build_image,
@@ -25,6 +27,7 @@ use whippen_firmware::{
 use whippen_keyboard::{Layout, ProgramId};
 use whippen_parts::{Beside, EARLY_CYCLES_MIN};
 
+use self::odd_key::with_odd_key_in_time;
 use crate::pipeline;
 
 /// Keys of a core, at most.
@@ -366,43 +369,6 @@ const MEMBERS_MAX: usize = 10;
 fn bound_frame(image: &FirmwareImage, board: &Board) -> Result<Bounded, NotBounded> {
     let mut all = cores(image, &Program::of(&image.image), board, ProgramId(0))?;
     Ok(all.swap_remove(0))
-}
-
-/// The image of equal parts, or where it is late that in which core 1 has the key that is over, if
-/// that one is in time.
-fn with_odd_key_in_time(
-    equal: FirmwareImage,
-    layout: &Layout,
-    instruments: &[Instrument],
-    setup: &Setup,
-    board: &Board,
-) -> Result<Partitioned, BuildError> {
-    let [first, second] = setup.keys[..] else {
-        return Ok(equal.into());
-    };
-    if first != second + 1 || board.columns.is_some() {
-        return Ok(equal.into());
-    }
-    // What has no bound is judged by whoever wants one.
-    let bounded = |image| Partitioned {
-        bounded: bound_programs(&image, board).ok(),
-        image,
-    };
-    let in_time = |of: &Partitioned| {
-        let mut programs = of.bounded.iter().flatten();
-        programs.all(|cores| Budget::of(cores, board, setup.rate_hz).fits())
-    };
-    let equal = bounded(equal);
-    if in_time(&equal) {
-        return Ok(equal);
-    }
-    let swapped = Setup {
-        keys: vec![second, first],
-        ..setup.clone()
-    };
-    let other = build_image(layout, instruments, &swapped, board).map_err(BuildError::Image)?;
-    let other = bounded(other);
-    Ok(if in_time(&other) { other } else { equal })
 }
 
 /// The bounds of the cores of an image while each of its programs plays.

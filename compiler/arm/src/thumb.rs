@@ -331,35 +331,21 @@ fn compile_parts<'m>(
     let mut layout = StateLayout::new(kernel, options, abi, shared.results.len());
     let core = timing(options.arch);
     let shared_ranges = shared.ranges(kernel);
-    let (of_any, short) = layout.for_any_keys(kernel, Features::of(core.arch));
     let of_any_values = kernel.for_any_values();
-    let of_modes = Compiler {
+    let compiler = Compiler {
         kernel: &of_any_values,
         modes: &modes.modes,
-        layout: &of_any,
+        layout: &layout,
         shared: &shared_ranges,
         core: &core,
         cache,
     };
-    let origin = ModesOrigin {
-        kernel: &of_any_values,
-        modes: &own.modes,
-        layout: &of_any,
-        shares,
-        arch: core.arch,
-    };
-    let compiled = cache.modes(&origin, || search::compile_modes(&of_modes))?;
     let CompiledModes {
-        mut code,
+        code,
         chosen,
         mut literals,
         promotions,
-    } = Arc::unwrap_or_clone(compiled);
-    code.iter_mut().for_each(|mode| put_distance(mode, short));
-    let compiler = Compiler {
-        layout: &layout,
-        ..of_modes
-    };
+    } = compile_modes(&compiler, own, shares)?;
     let made = CompiledCode {
         modes: code,
         chosen,
@@ -379,6 +365,35 @@ fn compile_parts<'m>(
         core,
         made,
     })
+}
+
+/// The code of all modes, which is the same for any number of keys but for how far words out are
+/// from words in. `own` are the modes before what all keys share was taken out of them, if it was.
+fn compile_modes(
+    compiler: &Compiler,
+    own: &Modes,
+    shares: bool,
+) -> Result<CompiledModes, ThumbError> {
+    let features = Features::of(compiler.core.arch);
+    let (of_any, short) = compiler.layout.for_any_keys(compiler.kernel, features);
+    let origin = ModesOrigin {
+        kernel: compiler.kernel,
+        modes: &own.modes,
+        layout: &of_any,
+        shares,
+        arch: compiler.core.arch,
+    };
+    let of_any = Compiler {
+        layout: &of_any,
+        ..*compiler
+    };
+    let compiled = compiler
+        .cache
+        .modes(&origin, || search::compile_modes(&of_any))?;
+    let mut compiled = Arc::unwrap_or_clone(compiled);
+    let code = compiled.code.iter_mut();
+    code.for_each(|mode| put_distance(mode, short));
+    Ok(compiled)
 }
 
 /// Puts in by how much words out are farther from words in than selection knew.

@@ -1,7 +1,8 @@
 //! Determinism where it is easily lost: work that threads share, results that are kept, and random
 //! numbers.
 //!
-//! Results depend neither on the number of threads nor on the platform, nor on what was made before.
+//! Results depend neither on the number of threads nor on the platform, nor on what was made
+//! before.
 
 mod memo;
 pub mod parallel;

@@ -70,8 +70,8 @@ impl Between {
 mod tests {
     use super::*;
 
-    /// How many keys fit of those that take so many cycles, the last number that did not, and after
-    /// how many tries it is known. What is told of `told` cycles a key is all that the search knows.
+    /// How many keys fit, by the cycles that are left, the last number that did not, and after how
+    /// many tries it is known. What is told of `told` cycles a key is all that the search knows.
     fn searched(
         [least, most]: [u32; 2],
         told: i64,

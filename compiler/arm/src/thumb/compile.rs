@@ -65,6 +65,7 @@ pub(super) enum CompileUnit<'a> {
 }
 
 /// What all functions of a core are compiled for.
+#[derive(Clone, Copy)]
 pub(super) struct Compiler<'a> {
     /// What the modes are of, for any values of what memory holds at first.
     pub kernel: &'a Kernel,
