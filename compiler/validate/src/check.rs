@@ -66,7 +66,7 @@ pub(crate) struct Path {
 
 /// How many terms the cases of a mode may make together, which bounds the memory that they take.
 /// Modes of the grand piano make 2 500, of the clavichord that sounds 9 600, a bowed string 24 500.
-const TERMS_MAX: usize = 200_000;
+pub(crate) const TERMS_MAX: usize = 200_000;
 
 /// What a case assumes.
 pub(crate) type Assumed = Vec<(Variable, bool)>;

@@ -7,14 +7,18 @@ use whippen_isa::reg::{LR, PC};
 use whippen_isa::{Cond, Inst, ItState, Op, decode, is_wide};
 
 use crate::bounds::WORD;
+use crate::check::TERMS_MAX;
 use crate::memory::Memory;
 use crate::places::Question;
-use crate::stop::{Doubt, Stop, Told, unproven};
+use crate::stop::{Doubt, Reason, Stop, Told, unproven, unproven_as};
 use crate::term::{Kind, Term, Terms};
 use crate::truth::Truth;
 
 /// How many instructions a run may have: more than there are cycles in a tick.
 const STEPS_MAX: usize = 10_000;
+/// Terms that there may be on a path, which bounds the memory that one takes that never ends: where
+/// each store may meet all others, terms are as many as pairs of stores.
+const PATH_TERMS_MAX: usize = 2 * TERMS_MAX;
 
 /// The condition flags.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -117,6 +121,10 @@ impl<'a> Machine<'a> {
         mut holds: impl FnMut(&Machine) -> bool,
     ) -> Told<RunEnd> {
         for _ in 0..STEPS_MAX {
+            if terms.count() > PATH_TERMS_MAX {
+                let why = format!("a path of more than {PATH_TERMS_MAX} terms");
+                return unproven_as(Reason::Cases, why);
+            }
             if !self.pass_root(terms)?
                 && let Some(target) = self.one(terms)?
             {
