@@ -5,7 +5,7 @@ use whippen_isa::{Inst, Op};
 
 use crate::machine::Machine;
 use crate::stop::{Told, unproven};
-use crate::term::{Base, Kind, Term, Terms};
+use crate::term::{Atom, Base, Kind, Term, Terms};
 
 /// What a load or store moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +43,20 @@ fn moved(op: Op) -> Option<Moved> {
         stores,
         by_register,
     })
+}
+
+/// That an address is not between two accesses of so many bytes: a Cortex-M0+ has none there. Where
+/// memory begins, and what points into it, is aligned; an address in which something else moves by
+/// less than that is taken as it is.
+fn aligned(terms: &Terms, address: Term, bytes: u8) -> Told<()> {
+    let bytes = i128::from(bytes);
+    let sum = terms.sum(address);
+    let is_aligned = |(atom, by): &(Atom, i128)| by % bytes == 0 || terms.is_of_region(*atom);
+    let is_between = sum.constant % bytes != 0 && sum.parts.iter().all(is_aligned);
+    match is_between && !terms.is_sampling() {
+        true => unproven("an access that is not aligned"),
+        false => Ok(()),
+    }
 }
 
 impl Machine<'_> {
@@ -146,6 +160,7 @@ impl Machine<'_> {
         address: Term,
         moved: Moved,
     ) -> Told<()> {
+        aligned(terms, address, moved.bytes)?;
         match value {
             Some(value) => self
                 .memory
@@ -236,6 +251,7 @@ impl Machine<'_> {
             self.multiple(terms, &others)?;
         }
         let at = self.register(terms, SP)?;
+        aligned(terms, at, 4)?;
         let back = self.load(terms, at, 4)?;
         let behind = terms.plus(at, 4)?;
         self.write(terms, SP, behind)?;

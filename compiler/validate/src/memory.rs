@@ -65,11 +65,16 @@ impl Terms {
     /// What is of a region in an address: bases, and pointers that memory holds.
     fn region(&self, term: Term) -> impl Iterator<Item = Atom> {
         let parts = self.sum(term).parts.iter().map(|(atom, _)| *atom);
-        parts.filter(|atom| match self.kind(*atom) {
+        parts.filter(|atom| self.is_of_region(*atom))
+    }
+
+    /// Whether it is a base, or a pointer that memory holds.
+    pub fn is_of_region(&self, atom: Atom) -> bool {
+        match self.kind(atom) {
             Kind::Base(_) => true,
             Kind::Load(address, 4) => self.pointers.contains(address),
             _ => false,
-        })
+        }
     }
 
     fn meeting(&mut self, (a, x): (Address, u8), (b, y): (Address, u8)) -> Told<Meeting> {

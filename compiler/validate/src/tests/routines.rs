@@ -254,6 +254,24 @@ fn products_of_halves_are_the_top_word_of_a_product() {
     }
 }
 
+/// Where it is known that an access lies between two of its size, it is not followed.
+#[test]
+fn accesses_between_two_others_are_not_followed() {
+    for (access, by) in [
+        ("ldr r0, [r1]", 4),
+        ("str r0, [r1]", 4),
+        ("ldrh r0, [r1]", 2),
+        ("ldrsb r0, [r1, r2]", 1),
+    ] {
+        for offset in 0..8 {
+            let at = format!("movs r1, #{offset}");
+            let lines = ["movs r2, #0", &at, access, "bx lr"];
+            let followed = result(&code_of(&lines, Arch::V6M, &[]), &mut Terms::default());
+            assert_eq!(followed.is_ok(), offset % by == 0, "{access} behind {at}");
+        }
+    }
+}
+
 #[test]
 fn products_and_saturating_sums_are_shown() {
     let with = |lines: &[&'static str], at: usize, text: &'static str| {
