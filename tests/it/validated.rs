@@ -4,15 +4,15 @@ use serde_json::Value;
 
 use crate::cli::{Shell, bundled};
 
-/// A program with a root, which is not followed, beside what is.
-const PROGRAM: &str = "/// A spring whose force is a root.
-instrument root {
+/// A program with a quotient by what is negative, which is not followed, beside what is.
+const PROGRAM: &str = "/// A spring whose force is a quotient.
+instrument quotient {
     sense x: length in 1 mm .. 11 mm over 0.7 ms
     states half {
         up   -> down when x > 5 mm
         down -> up   when x < 4 mm
     }
-    force push = if half is down then 10 N * sqrt(x / 11 mm) else 100 N/m * x
+    force push = if half is down then 10 N * (1 mm / (x - 12 mm)) else 100 N/m * x
 }
 ";
 
@@ -30,14 +30,14 @@ fn budget(shell: &Shell, file: &str, more: &[&str]) -> Value {
 
 #[test]
 fn build_says_of_how_many_modes_its_code_does_what_they_say() {
-    let shell = Shell::new().with("root.whip", PROGRAM);
+    let shell = Shell::new().with("quotient.whip", PROGRAM);
     let hammond = bundled("hammond.whip");
     let mut told = Vec::new();
     for (file, board) in [
         (&hammond[..], "rp2350"),
         (&hammond[..], "stm32f4"),
         (&hammond[..], "rp2040"),
-        ("root.whip", "rp2350"),
+        ("quotient.whip", "rp2350"),
     ] {
         let args = [
             "build",
@@ -54,14 +54,14 @@ fn build_says_of_how_many_modes_its_code_does_what_they_say() {
         told.push(format!("{board}: {}", lines(&out)));
     }
     insta::assert_snapshot!(told.join("\n"));
-    let of_object = ["build", "root.whip", "--validate", "-o", "a.o"];
+    let of_object = ["build", "quotient.whip", "--validate", "-o", "a.o"];
     shell.refuses(2, &of_object, &["--validate is for a whole image"]);
 }
 
 #[test]
 fn budget_names_the_modes_that_are_not_validated() {
-    let shell = Shell::new().with("root.whip", PROGRAM);
-    let found = budget(&shell, "root.whip", &["--validate"]);
+    let shell = Shell::new().with("quotient.whip", PROGRAM);
+    let found = budget(&shell, "quotient.whip", &["--validate"]);
     let validation = &found["validation"];
     assert_eq!(validation["modes"], 4, "two of each core");
     assert_eq!(validation["validated"], 2);
@@ -76,7 +76,7 @@ fn budget_names_the_modes_that_are_not_validated() {
         })
         .collect();
     insta::assert_snapshot!(told.join("\n"));
-    let args = ["budget", "root.whip", "--keys", "2", "--validate"];
+    let args = ["budget", "quotient.whip", "--keys", "2", "--validate"];
     let (out, _) = shell.ends(0, &args);
     assert_eq!(
         lines(&out),
