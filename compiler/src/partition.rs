@@ -102,11 +102,15 @@ pub fn build_partitioned(
     if layout.split_program().is_none() {
         return with_odd_key_in_time(equal, layout, instruments, setup, board);
     }
-    let costs = bound_zones(&equal, board).map_err(BuildError::Bound)?;
+    let bounded = bound_programs(&equal, board).map_err(BuildError::Bound)?;
+    let costs = costs_of_zones(&equal, &bounded);
     let step = board.columns.as_ref().map_or(1, |_| COLUMN_KEYS);
     let keys = fastest_division(&costs, &setup.keys, step);
     if keys == setup.keys {
-        return Ok(equal.into());
+        return Ok(Partitioned {
+            image: equal,
+            bounded: Some(bounded),
+        });
     }
     let divided = Setup {
         keys,
@@ -383,28 +387,22 @@ pub fn bound_programs(
         .collect()
 }
 
-/// What the zones of each program cost, as an image proves it.
-fn bound_zones(image: &FirmwareImage, board: &Board) -> Result<Vec<Costs>, NotBounded> {
-    let bytes = Program::of(&image.image);
-    let of_program = |(id, code): (ProgramId, &ProgramCode)| {
-        let bounded = cores(image, &bytes, board, id)?;
+/// What the zones of each program cost, as the bounds of an image prove it.
+fn costs_of_zones(image: &FirmwareImage, bounded: &[Vec<Bounded>]) -> Vec<Costs> {
+    let of_program = |(code, cores): (&ProgramCode, &Vec<Bounded>)| {
         let keys = code.zones.iter().map(|zone| (zone.keys.count(), 0));
         let mut costs = Costs {
             keys: keys.collect(),
             zone: 0,
         };
-        for zone in bounded.iter().flat_map(|core| &core.contended.zones) {
+        for zone in cores.iter().flat_map(|core| &core.contended.zones) {
             let cycles = &mut costs.keys[zone.of.zone.index()].1;
             *cycles = zone.tick.key_cycles_max().max(*cycles);
             costs.zone = zone.tick.frame_cycles_max().max(costs.zone);
         }
-        Ok(costs)
+        costs
     };
-    (0..)
-        .map(ProgramId)
-        .zip(&image.programs)
-        .map(of_program)
-        .collect()
+    image.programs.iter().zip(bounded).map(of_program).collect()
 }
 
 /// The fastest division between two cores, by what programs cost, at a multiple of so many keys.

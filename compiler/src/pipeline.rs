@@ -215,15 +215,13 @@ pub fn specialize(
 }
 
 /// Kernels whose modes are kept.
-static MODES: Memo<Arc<Modes>> = Memo::new(16);
+static MODES: Memo<Modes> = Memo::new(16);
 
 /// The verified modes of a Kernel, of a whole one or of a part.
 fn modes_of(kernel: &Kernel, instructions: usize) -> Result<Modes, CompileError> {
     let of_any_values = kernel.for_any_values();
     let origin = (&of_any_values, instructions);
-    let made = MODES.get_or_make(&origin, || {
-        new_modes_of(&of_any_values, instructions).map(Arc::new)
-    })?;
+    let made = MODES.get_or_make(&origin, || new_modes_of(&of_any_values, instructions))?;
     Ok(Modes {
         kernel: kernel.clone(),
         ..Arc::unwrap_or_clone(made)

@@ -76,7 +76,7 @@ mod wave;
 use crate::features::Features;
 use crate::image::{Object, Section, SectionKind, timing};
 use block_layout::OffPath;
-use code_cache::{CodeCache, ModesOrigin};
+use code_cache::{CodeCache, ModesOrigin, ObjectOrigin};
 use compile::Compiler;
 use emit::assemble;
 use func::Allocated;
@@ -303,7 +303,8 @@ fn build(
     abi: Option<&TickAbi>,
     cache: &CodeCache,
 ) -> Result<Built, ThumbError> {
-    let built = cache.built(&(modes, options, abi), || {
+    let origin: ObjectOrigin = (modes, options, abi);
+    let built = cache.objects.get_or_make(&origin, || {
         build_object(compile_parts(modes, options, abi, cache)?, options)
     });
     built.map(Arc::unwrap_or_clone)
@@ -387,9 +388,8 @@ fn compile_modes(
         layout: &of_any,
         ..*compiler
     };
-    let compiled = compiler
-        .cache
-        .modes(&origin, || search::compile_modes(&of_any))?;
+    let kept = &compiler.cache.modes;
+    let compiled = kept.get_or_make(&origin, || search::compile_modes(&of_any))?;
     let mut compiled = Arc::unwrap_or_clone(compiled);
     let code = compiled.code.iter_mut();
     code.for_each(|mode| put_distance(mode, short));

@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 use std::hash::{Hash, Hasher};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use sha2::{Digest, Sha256};
 
@@ -17,11 +17,11 @@ use sha2::{Digest, Sha256};
 /// once when they become too many.
 #[derive(Debug)]
 pub struct Memo<T> {
-    known: Mutex<BTreeMap<[u8; 32], T>>,
+    known: Mutex<BTreeMap<[u8; 32], Arc<T>>>,
     kept_max: usize,
 }
 
-impl<T: Clone> Memo<T> {
+impl<T> Memo<T> {
     /// One that keeps so many results at most.
     pub const fn new(kept_max: usize) -> Memo<T> {
         Memo {
@@ -39,7 +39,7 @@ impl<T: Clone> Memo<T> {
         &self,
         of: &impl Hash,
         make: impl FnOnce() -> Result<T, E>,
-    ) -> Result<T, E> {
+    ) -> Result<Arc<T>, E> {
         let key = digest(of);
         // Nobody panics while holding the lock; without it, everything is made anew.
         if let Some(known) = self
@@ -50,7 +50,7 @@ impl<T: Clone> Memo<T> {
         {
             return Ok(known);
         }
-        let made = make()?;
+        let made = Arc::new(make()?);
         if let Ok(mut all) = self.known.lock() {
             if all.len() >= self.kept_max {
                 all.clear();
@@ -111,13 +111,13 @@ mod tests {
     #[test]
     fn what_is_known_is_not_made_again() {
         let memo = Memo::new(4);
-        let made = |of: &str, value: u32| memo.get_or_make(&of, || Ok::<u32, ()>(value));
+        let made = |of: &str, value: Result<u32, ()>| Ok(*memo.get_or_make(&of, || value)?);
         assert_eq!(
-            [made("a", 7), made("a", 8), made("b", 9)],
+            [made("a", Ok(7)), made("a", Ok(8)), made("b", Ok(9))],
             [Ok(7), Ok(7), Ok(9)]
         );
-        assert_eq!(memo.get_or_make(&"c", || Err("not made")), Err("not made"));
-        assert_eq!(memo.get_or_make(&"c", || Ok::<u32, ()>(1)), Ok(1));
+        assert_eq!(made("c", Err(())), Err(()));
+        assert_eq!(made("c", Ok(1)), Ok(1));
         assert_eq!(memo.kept(), 3);
     }
 
@@ -169,11 +169,9 @@ mod tests {
     fn not_more_is_kept_than_there_is_room_for() {
         let memo = Memo::new(3);
         for number in 0..20_u32 {
-            assert_eq!(
-                memo.get_or_make(&number, || Ok::<u32, ()>(number)),
-                Ok(number)
-            );
-            assert_eq!(memo.get_or_make(&number, || Err(())), Ok(number));
+            for made in [Ok(number), Err(())] {
+                assert_eq!(memo.get_or_make(&number, || made), Ok(number.into()));
+            }
             assert!(memo.kept() <= 3);
         }
     }

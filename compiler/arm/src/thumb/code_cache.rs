@@ -18,7 +18,7 @@ use super::func::{Allocated, Func};
 use super::promote::Promotions;
 use super::search::CompiledModes;
 use super::state_layout::StateLayout;
-use super::{Built, Options, ThumbError, TickAbi};
+use super::{Built, Options, TickAbi};
 
 /// Functions that are kept at most: of a dozen instruments with as many modes as the grand piano.
 const FUNCTIONS_MAX: usize = 1024;
@@ -55,9 +55,12 @@ pub(super) type ObjectOrigin<'a> = (&'a Modes, &'a Options, Option<&'a TickAbi>)
 
 /// Code by what it was made of.
 pub(super) struct CodeCache {
-    functions: Memo<Compiled>,
-    modes: Memo<Arc<CompiledModes>>,
-    objects: Memo<Arc<Built>>,
+    /// Of functions, by [`Origin`] and architecture.
+    pub functions: Memo<(Allocated, u64)>,
+    /// Of all modes, before the distance from words in to words out is put in, by [`ModesOrigin`].
+    pub modes: Memo<CompiledModes>,
+    /// By [`ObjectOrigin`].
+    pub objects: Memo<Built>,
 }
 
 /// What this process has compiled.
@@ -76,47 +79,6 @@ impl CodeCache {
     /// Of this process.
     pub fn of_process() -> &'static CodeCache {
         &OF_PROCESS
-    }
-
-    /// The code of an origin for cores of an architecture: as it is known, or is made now.
-    ///
-    /// # Errors
-    /// Those of `make`, which are not kept.
-    pub fn function(
-        &self,
-        origin: &Origin,
-        arch: Arch,
-        make: impl FnOnce() -> Result<(Allocated, u64), ThumbError>,
-    ) -> Result<Compiled, ThumbError> {
-        let make = || make().map(Arc::new);
-        self.functions.get_or_make(&(origin, arch), make)
-    }
-
-    /// The code of all modes, before the distance from words in to words out is put in: as it is
-    /// known, or is made now.
-    ///
-    /// # Errors
-    /// Those of `make`, which are not kept.
-    pub fn modes(
-        &self,
-        origin: &ModesOrigin,
-        make: impl FnOnce() -> Result<CompiledModes, ThumbError>,
-    ) -> Result<Arc<CompiledModes>, ThumbError> {
-        let make = || make().map(Arc::new);
-        self.modes.get_or_make(origin, make)
-    }
-
-    /// An object: as it is known, or is made now.
-    ///
-    /// # Errors
-    /// Those of `make`, which are not kept.
-    pub fn built(
-        &self,
-        origin: &ObjectOrigin,
-        make: impl FnOnce() -> Result<Built, ThumbError>,
-    ) -> Result<Arc<Built>, ThumbError> {
-        let make = || make().map(Arc::new);
-        self.objects.get_or_make(origin, make)
     }
 }
 

@@ -125,12 +125,14 @@ impl Compiler<'_> {
         strategy: Strategy,
     ) -> Result<Compiled, ThumbError> {
         let origin = Origin::Selected(&func, promotions, strategy);
-        self.cache.function(&origin, self.core.arch, || {
-            let func = self.schedule(promotions.promote_in(func.clone()), strategy)?;
-            let code = self.allocate(&func)?;
-            let cycles = critical_path::estimate_cycles(&code, self.core);
-            Ok((code, cycles))
-        })
+        self.cache
+            .functions
+            .get_or_make(&(origin, self.core.arch), || {
+                let func = self.schedule(promotions.promote_in(func.clone()), strategy)?;
+                let code = self.allocate(&func)?;
+                let cycles = critical_path::estimate_cycles(&code, self.core);
+                Ok((code, cycles))
+            })
     }
 
     /// Orders blocks, and the instructions of each.
@@ -172,17 +174,19 @@ impl Compiler<'_> {
         orders: &OrderCache,
     ) -> Result<Compiled, ThumbError> {
         let origin = Origin::Allocated(code);
-        self.cache.function(&origin, self.core.arch, || {
-            let mut code = code.clone();
-            if self.reorders() {
-                validated(&mut code, |code| {
-                    reorder_blocks(code, self.core, orders);
-                    hoist_over_branches(code, self.core);
-                })?;
-            }
-            let cycles = critical_path::worst_case_cycles(&code, self.core);
-            Ok((code, cycles))
-        })
+        self.cache
+            .functions
+            .get_or_make(&(origin, self.core.arch), || {
+                let mut code = code.clone();
+                if self.reorders() {
+                    validated(&mut code, |code| {
+                        reorder_blocks(code, self.core, orders);
+                        hoist_over_branches(code, self.core);
+                    })?;
+                }
+                let cycles = critical_path::worst_case_cycles(&code, self.core);
+                Ok((code, cycles))
+            })
     }
 
     /// Whether the order of instructions counts.
