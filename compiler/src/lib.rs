@@ -33,7 +33,7 @@ pub use whippen_audit as audit;
 pub use whippen_budget as budget;
 pub use whippen_validate as validate;
 
-pub use whippen_deterministic::{Rng, parallel};
+pub use whippen_deterministic::{Memo, Rng, parallel};
 
 pub mod bindings;
 pub mod deadline_diagnostic;

@@ -2,6 +2,7 @@
 //! they are for.
 
 mod chips;
+mod origin;
 mod usual;
 
 use std::ffi::{OsStr, OsString};

@@ -6,7 +6,9 @@ use std::panic::catch_unwind;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
-use super::cost::{Cost, cost};
+use whippen_compiler::Memo;
+
+use super::cost::{Cost, KNOWN_MAX, cost};
 use crate::beside::Source;
 
 /// A document whose cost is asked for.
@@ -37,6 +39,7 @@ pub fn start(done: impl Fn(Proven) -> bool + Send + 'static) -> Sender<Job> {
 
 fn work(jobs: &Receiver<Job>, done: impl Fn(Proven) -> bool) {
     let mut waiting: BTreeMap<String, Job> = BTreeMap::new();
+    let known = Memo::new(KNOWN_MAX);
     while let Ok(job) = jobs.recv() {
         waiting.insert(job.uri.clone(), job);
         while let Some((uri, job)) = {
@@ -45,7 +48,7 @@ fn work(jobs: &Receiver<Job>, done: impl Fn(Proven) -> bool) {
             });
             waiting.pop_first()
         } {
-            let found = catch_unwind(|| cost(&job.program, &job.board));
+            let found = catch_unwind(|| cost(&job.program, &job.board, &known));
             let cost = found.unwrap_or_else(|_| Err(format!("a defect in Whippen: {uri}")));
             let state = job.state;
             if !done(Proven { uri, state, cost }) {

@@ -32,7 +32,7 @@ pub const PACE_SLICE: u32 = 9;
 const PERIODS: [u32; 2] = [CONVERSIONS * CONVERSION_CYCLES, 8184];
 
 /// A bench.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Bench {
     /// From each key's sensor.
     pub sensors: Vec<u32>,

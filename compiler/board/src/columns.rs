@@ -38,7 +38,7 @@ const PERIODS: [u32; 2] = [3400, 65_528];
 const PARTS_NS: u32 = 15_000 + 5_000;
 
 /// The range of the ADC, all of which is a sensor's word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ConverterRange {
     /// How the board's file calls it.
     pub name: &'static str,
@@ -66,7 +66,7 @@ const fn range(name: &'static str, code: u8, ends_mv: [i32; 2]) -> ConverterRang
 }
 
 /// The two wires that a column has for itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ColumnWires {
     /// To the DAC's data (DIN).
     pub to_dac: u32,
@@ -75,7 +75,7 @@ pub struct ColumnWires {
 }
 
 /// Columns.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Columns {
     /// To the clock of all converters (SCLK).
     pub clock: u32,

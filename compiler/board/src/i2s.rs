@@ -17,7 +17,7 @@ const BITS: u32 = 64;
 const FIRST_BITS: u32 = 22;
 
 /// A port of three wires to a DAC.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SoundPort {
     /// Bit clock (BCK).
     pub clock: u32,

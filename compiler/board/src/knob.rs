@@ -27,7 +27,7 @@ const SECTOR_BYTES: u32 = 4096;
 const MACHINES: usize = 4;
 
 /// What a knob has for itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Shaft {
     /// From its angle sensor's data.
     pub data: u32,
@@ -36,7 +36,7 @@ pub struct Shaft {
 }
 
 /// A knob, or several with the same parts.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Knob {
     /// To the clock of all angle sensors.
     pub clock: u32,

@@ -28,7 +28,7 @@ pub use knob::{FRAME_CYCLES, Knob, Shaft, Wire};
 pub use memory::{AccessTime, BANKS_MAX, BankSet, Bus, Memory, MemoryKind};
 
 /// Which sections go into a memory.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Placement {
     /// A section's name, or its beginning followed by `*`; the longest that fits counts.
     pub pattern: String,
@@ -37,7 +37,7 @@ pub struct Placement {
 }
 
 /// What the chip looks for when it starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Start {
     /// A vector table at the beginning.
     Vectors,
@@ -50,7 +50,7 @@ pub enum Start {
 }
 
 /// A board.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Board {
     /// Its name.
     pub name: String,

@@ -5,7 +5,7 @@
 //! group, for example.
 
 /// What kind of memory it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MemoryKind {
     /// Keeps its contents; the image is stored there.
     Flash,
@@ -15,7 +15,7 @@ pub enum MemoryKind {
 }
 
 /// How long an access takes when nobody else is at the bank.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AccessTime {
     /// So many cycles, at least 1.
     Cycles(u16),
@@ -42,7 +42,7 @@ pub type BankSet = u32;
 pub const BANKS_MAX: usize = 32;
 
 /// A run of memory.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Memory {
     /// Its name in the board's file.
     pub name: String,
@@ -111,7 +111,7 @@ impl Memory {
 }
 
 /// A range of addresses behind which devices are.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Bus {
     /// Its name in the board's file.
     pub name: String,

@@ -16,7 +16,7 @@ use whippen_board::{Board, Knob, Shaft};
 use super::{FirmwareError, Setup, Support};
 
 /// The coil of a motor whose voltage is made from its force.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Coil {
     /// Resistance of a phase (mOhm).
     pub resistance_mohm: u32,

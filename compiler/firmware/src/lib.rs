@@ -78,7 +78,7 @@ pub use whippen_parts::Role;
 pub use zones::zone_name;
 
 /// What a program and its keyboard say.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Setup {
     /// Keys of each core that plays, 1 to 255: of all cores of the board, or of the first alone
     /// where an instrument is played once.
@@ -108,7 +108,7 @@ pub struct Setup {
 
 /// What a key may give beyond what it got, in any span of time, and how that is observed. The unit
 /// of energy is a drive word times a sensor word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Passivity {
     /// That energy, 2^18 to 2^30.
     pub credit: u32,
@@ -120,7 +120,7 @@ pub struct Passivity {
 }
 
 /// What a motor stands, in drive words: 32768 is its peak current.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Motor {
     /// The word of its rated current.
     pub rated: u32,
@@ -131,7 +131,7 @@ pub struct Motor {
 }
 
 /// Which events become MIDI messages.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Midi {
     /// The event whose first argument is a speed.
     pub note: Option<u32>,
@@ -144,7 +144,7 @@ pub struct Midi {
 }
 
 /// Velocities by speed.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Velocities {
     /// How far a speed is shifted right to be an index of the table, 1 to 24.
     pub speed_shift: u32,

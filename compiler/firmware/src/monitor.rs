@@ -87,7 +87,7 @@ pub(super) const CONSTANTS: &[(&str, u32)] = &[
 ];
 
 /// What is at the serial port in place of MIDI.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Monitor {
     /// Bits per second, each way.
     pub baud: u32,

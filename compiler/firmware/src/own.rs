@@ -33,14 +33,14 @@ const COUNTED: &[&str] = &[
 ];
 
 /// Texts in place of bundled ones; by default none.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
 pub struct OwnTexts {
     /// By the name of the bundled one.
     texts: BTreeMap<String, OwnText>,
 }
 
 /// One of them.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct OwnText {
     /// Its name in messages.
     pub path: String,

@@ -13,7 +13,7 @@ use super::constants::{FROZEN_MS, Heat, RAIL_MS};
 use super::{FirmwareError, Motor, Setup};
 
 /// What is guarded of a port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct GuardedPort {
     /// Sensor words between which it is in mid-travel: where a word that does not change may be a
     /// fault.
@@ -28,7 +28,7 @@ pub struct GuardedPort {
 }
 
 /// What drives a port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct GuardedDrive {
     /// Which of the drive words it is.
     pub word: u32,

@@ -28,7 +28,7 @@ const SPAN_MIN: u16 = 4096;
 const MEDIAN: usize = 5;
 
 /// Through what the sensors of all keys are read.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct SensorTuning {
     /// The word of the position at each end of a piece, monotone, no rail.
     pub curve: Vec<u16>,
@@ -41,7 +41,7 @@ pub struct SensorTuning {
 }
 
 /// The sensor of a key: place = (word * gain + offset) / 2^13.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TunedSensor {
     /// With the half that rounds.
     pub offset: i32,

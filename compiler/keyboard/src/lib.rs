@@ -24,7 +24,7 @@ pub use zone::{CoreKeys, CoreZone, Program, Zone};
 pub const CHIPS_MAX: u32 = 16;
 
 /// The keys of a keyboard and its programs, one of which plays at a time.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Layout {
     /// MIDI number of the lowest key.
     pub first_note: u8,

@@ -5,7 +5,7 @@ use whippen_ids::IdMap;
 use crate::{CoreId, FixedKeys, InstrumentId, KeyRange, ZoneId, each_once};
 
 /// A program: what each key plays.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Program {
     /// Its name: that of the instrument that all keys play, or of its zones.
     pub name: String,
@@ -14,7 +14,7 @@ pub struct Program {
 }
 
 /// Neighbouring keys that play one instrument.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Zone {
     /// Which keys.
     pub keys: KeyRange,

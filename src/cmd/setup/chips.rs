@@ -20,7 +20,7 @@ use super::{ImageSetup, SetupArgs};
 use crate::exit::{Failure, Outcome};
 
 /// One of several chips.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Chip {
     /// From 1, that of the lowest keys.
     pub number: u32,
