@@ -31,7 +31,7 @@ use whippen_isa::Arch;
 use crate::image::Object;
 
 /// A text to assemble.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Hash)]
 pub struct Source<'a> {
     /// Its name in messages.
     pub name: &'a str,

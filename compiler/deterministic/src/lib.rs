@@ -7,6 +7,8 @@
 mod memo;
 pub mod parallel;
 mod rng;
+mod shared;
 
 pub use memo::Memo;
 pub use rng::Rng;
+pub use shared::Shared;

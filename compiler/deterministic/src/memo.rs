@@ -66,7 +66,7 @@ impl<T> Memo<T> {
     }
 }
 
-fn digest(what: &impl Hash) -> [u8; 32] {
+pub(crate) fn digest(what: &impl Hash) -> [u8; 32] {
     let mut bytes = Written {
         sha: Sha256::new(),
         open: Vec::with_capacity(OPEN_MAX),

@@ -2,10 +2,12 @@
 //! board; the frame of a tick once for each core, under that core's names.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use whippen_arm::asm::{AsmError, Source, assemble};
 use whippen_arm::image::{Hint, Object};
-use whippen_deterministic::parallel;
+use whippen_deterministic::{Memo, parallel};
+use whippen_isa::Arch;
 
 use super::boards::{Support, frame, shared};
 use super::code::{ProgramCode, begins_later, is_split};
@@ -58,18 +60,16 @@ pub fn objects(
         text,
     };
     texts.extend(tables.iter().map(|text| (vec![table(text)], None)));
-    let assembled = parallel::map(texts, |(sources, core)| {
+    let all = parallel::map(texts, |(sources, core)| {
         let Some(core) = core else {
-            return assemble(&sources, &constants, board.board.arch);
+            return assembled(&sources, &constants, board.board.arch);
         };
         let mut own = constants.clone();
         own.extend(frame_constants(setup, board, core));
-        let frame = assemble(&sources, &own, board.board.arch)?;
+        let frame = assembled(&sources, &own, board.board.arch)?;
         Ok(frame_of_core(frame, core, called))
     });
-    let mut objects = assembled
-        .into_iter()
-        .collect::<Result<Vec<Object>, AsmError>>()?;
+    let mut objects = all.into_iter().collect::<Result<Vec<Object>, AsmError>>()?;
     if has_helper(programs) {
         let sections = objects.iter_mut().flat_map(|object| &mut object.sections);
         sections.for_each(|section| section.name = name_with_helper(&section.name));
@@ -80,6 +80,24 @@ pub fn objects(
         .filter(|section| section.name == ".text.frame");
     frame.for_each(|section| section.name = ".text.start.board".into());
     Ok(objects)
+}
+
+/// Texts of a process that are kept assembled: of some boards and programs.
+static ASSEMBLED: Memo<Object> = Memo::new(128);
+
+/// Texts, assembled: most are the same for any number of keys.
+fn assembled(
+    sources: &[Source],
+    constants: &BTreeMap<String, i64>,
+    arch: Arch,
+) -> Result<Object, AsmError> {
+    // A text knows no constant but those that it names.
+    let is_named = |name: &String| sources.iter().any(|source| source.text.contains(name));
+    let named = constants.iter().filter(|(name, _)| is_named(name));
+    let named = named.map(|(name, value)| (name.clone(), *value)).collect();
+    let object =
+        ASSEMBLED.get_or_make(&(sources, &named, arch), || assemble(sources, &named, arch));
+    object.map(Arc::unwrap_or_clone)
 }
 
 /// What a section is called where core 1 only helps: core 0 sends MIDI then, so that is none of

@@ -54,6 +54,7 @@ pub mod verify;
 
 pub use print::Size;
 
+use whippen_deterministic::Shared;
 use whippen_ids::{IdMap, impl_id};
 use whippen_kernel::{Inst, Kernel, Range, Value, ValueInfo};
 
@@ -67,7 +68,7 @@ pub struct Modes {
     /// What the kernel declares, and its `init`; its `tick` is what the modes were made of.
     pub kernel: Kernel,
     /// The modes; a key starts in the first.
-    pub modes: IdMap<ModeId, Mode>,
+    pub modes: Shared<IdMap<ModeId, Mode>>,
     /// Whether the search ended because it became too much work, not because all cells were tried.
     pub work_limited: bool,
 }
@@ -239,7 +240,7 @@ impl Modes {
         };
         Modes {
             kernel: kernel.clone(),
-            modes: vec![mode].into(),
+            modes: IdMap::from(vec![mode]).into(),
             work_limited: false,
         }
     }

@@ -226,7 +226,7 @@ fn placed(
         known: &known,
     };
     Some(Modes {
-        modes: gcm::modes(graph, &plan)?,
+        modes: gcm::modes(graph, &plan)?.into(),
         kernel: graph.kernel.clone(),
         work_limited: false,
     })

@@ -23,7 +23,7 @@ pub use widen::widen;
 /// All that is wrong. A failure is a bug of whoever made the modes.
 pub fn verify(modes: &Modes) -> Result<(), Vec<VerifyError>> {
     let mut errors = Vec::new();
-    for mode in &modes.modes {
+    for mode in modes.modes.iter() {
         Checker::of(modes, mode, &mut errors, false).mode();
     }
     if errors.is_empty() {

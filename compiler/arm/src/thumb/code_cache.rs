@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use whippen_deterministic::Memo;
+use whippen_deterministic::{Memo, Shared};
 use whippen_ids::IdMap;
 use whippen_isa::Arch;
 use whippen_kernel::Kernel;
@@ -41,7 +41,7 @@ pub(super) enum Origin<'a> {
 #[derive(Hash)]
 pub(super) struct ModesOrigin<'a> {
     pub kernel: &'a Kernel,
-    pub modes: &'a IdMap<ModeId, Mode>,
+    pub modes: &'a Shared<IdMap<ModeId, Mode>>,
     pub layout: &'a StateLayout,
     pub shares: bool,
     pub arch: Arch,

@@ -19,7 +19,7 @@ pub fn widen(modes: &mut Modes) {
         let mut entries: IdMap<ModeId, Vec<Range>> =
             modes.modes.iter().map(|mode| mode.cells.clone()).collect();
         let mut all = Vec::new();
-        for mode in &modes.modes {
+        for mode in modes.modes.iter() {
             let mut checker = Checker::of(modes, mode, &mut ignored, true);
             checker.mode();
             for (next, cell, range) in checker.left {

@@ -129,7 +129,7 @@ fn instructions_mean_what_the_emulator_does() {
         .collect();
     let modes = Modes {
         kernel: Kernel::default(),
-        modes: IdMap::new(),
+        modes: IdMap::new().into(),
         work_limited: false,
     };
     let new = || Emulator::new(Board::generic(CoreKind::CortexM33)).expect("a board");

@@ -33,7 +33,7 @@ const ENDS: [(u16, i128, bool); 4] = [
 fn asked<T>(halves: &[u16], arch: Arch, ask: impl FnOnce(&Question) -> T) -> T {
     let modes = Modes {
         kernel: Kernel::default(),
-        modes: IdMap::new(),
+        modes: IdMap::new().into(),
         work_limited: false,
     };
     let bytes = halves.iter().flat_map(|half| half.to_le_bytes());

@@ -141,7 +141,7 @@ fn is_shown(other: Option<(usize, &str)>) -> Told<()> {
     };
     let modes = Modes {
         kernel,
-        modes: IdMap::new(),
+        modes: IdMap::new().into(),
         work_limited: false,
     };
     let places = Places {
