@@ -38,7 +38,7 @@ use whippen_parts::{Beside, Parts, split, split_sound, split_together};
 use whippen_source::SourceMap;
 
 pub use crate::partition::{BuildError, Partitioned};
-use crate::partition::{bound_programs, build_partitioned};
+use crate::partition::{KnownTime, bound_programs, build_partitioned};
 
 /// Declares the passes in their order.
 macro_rules! passes {
@@ -370,9 +370,10 @@ pub fn prove_bounded(
     board: &Board,
     rate_hz: Rate,
 ) -> Result<Proof, NotBounded> {
-    let bounded = match made.bounded.take() {
-        Some(bounded) => bounded,
-        None => bound_programs(&made.image, board)?,
+    let known = std::mem::replace(&mut made.known, KnownTime::Nothing);
+    let bounded = match known {
+        KnownTime::Bounded(bounded) => bounded,
+        KnownTime::Nothing | KnownTime::Late => bound_programs(&made.image, board)?,
     };
     Ok(proof_of(
         &made.image,

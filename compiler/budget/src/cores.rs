@@ -55,8 +55,22 @@ pub fn cores(
     board: &Board,
     playing: ProgramId,
 ) -> Result<Vec<Bounded>, NotBounded> {
+    cores_of(image, program, board, playing, image.cores().collect())
+}
+
+/// As [`cores`], of some cores.
+///
+/// # Errors
+/// As [`cores`].
+pub fn cores_of(
+    image: &FirmwareImage,
+    program: &Program,
+    board: &Board,
+    playing: ProgramId,
+    wanted: Vec<CoreId>,
+) -> Result<Vec<Bounded>, NotBounded> {
     let timing = board.timing().at_worst();
-    let found = parallel::map(image.cores().collect(), |id: CoreId| {
+    let found = parallel::map(wanted, |id: CoreId| {
         let of_program = image.programs.iter().map(|program| program.core(id));
         let programs: Vec<&CoreCode> = of_program.collect();
         let contended = around(image, program, board, id.index());

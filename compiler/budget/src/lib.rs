@@ -60,7 +60,7 @@ use whippen_isa::timing::{Core, Evidence, Target};
 pub use certificate::{NotCertified, certificate};
 pub use code::Code;
 pub use contention::ByContention;
-pub use cores::{Bounded, cores};
+pub use cores::{Bounded, cores, cores_of};
 pub use error::NotBounded;
 pub use memory::{Accessed, Extent, Interference, Lies, Neighbour, Others, Reach, Waits};
 pub use parts::{CutBound, Helped, Leg, PartBound};

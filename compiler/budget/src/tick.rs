@@ -11,6 +11,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use whippen_deterministic::parallel;
 use whippen_isa::timing::{Core, Evidence, Target};
 
 use super::memory::{Interference, Reach};
@@ -119,8 +120,10 @@ pub fn ticks(
         entry,
         end,
     });
-    for (symbol, at) in &places.modes {
-        let bounds = of(*at, &annotations)?;
+    let modes = places.modes.iter().collect();
+    let bounds = parallel::map(modes, |(_, at)| of(*at, &annotations));
+    for ((symbol, _), bounds) in places.modes.iter().zip(bounds) {
+        let bounds = bounds?;
         ticks.alone.modes.push((symbol.clone(), bounds.alone));
         ticks
             .contended

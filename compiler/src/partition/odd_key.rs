@@ -1,11 +1,10 @@
 //! Which core has the key that is over, where two cores have equal parts of an odd number.
 
 use whippen_board::Board;
-use whippen_budget::Budget;
 use whippen_firmware::{FirmwareImage, Instrument, Setup, build_image};
 use whippen_keyboard::Layout;
 
-use super::{BuildError, Partitioned, bound_programs};
+use super::{BuildError, Partitioned};
 
 /// The image of equal parts, or where it is late that in which core 1 has the key that is over, if
 /// that one is in time.
@@ -23,16 +22,8 @@ pub(super) fn with_odd_key_in_time(
         return Ok(equal.into());
     }
     // What has no bound is judged by whoever wants one.
-    let bounded = |image| Partitioned {
-        bounded: bound_programs(&image, board).ok(),
-        image,
-    };
-    let in_time = |of: &Partitioned| {
-        let mut programs = of.bounded.iter().flatten();
-        programs.all(|cores| Budget::of(cores, board, setup.rate_hz).fits())
-    };
-    let equal = bounded(equal);
-    if in_time(&equal) {
+    let mut equal = Partitioned::from(equal);
+    if !equal.is_late(board, setup.rate_hz) {
         return Ok(equal);
     }
     let swapped = Setup {
@@ -40,6 +31,7 @@ pub(super) fn with_odd_key_in_time(
         ..setup.clone()
     };
     let other = build_image(layout, instruments, &swapped, board).map_err(BuildError::Image)?;
-    let other = bounded(other);
-    Ok(if in_time(&other) { other } else { equal })
+    let mut other = Partitioned::from(other);
+    let is_late = other.is_late(board, setup.rate_hz);
+    Ok(if is_late { equal } else { other })
 }

@@ -55,6 +55,11 @@ impl Between {
         }
     }
 
+    /// Whether it is known behind a try of so many that do not fit: one fewer do.
+    pub fn is_last(&self, keys: u32) -> bool {
+        self.fits() == Some(keys - 1)
+    }
+
     /// So many fit, and about so many more would; one more is tried in any case.
     pub fn fit(&mut self, keys: u32, more: u32) {
         (self.fits, self.guess) = (keys, keys.saturating_add(more.max(1)));
@@ -82,6 +87,8 @@ mod tests {
             assert!((least..=most).contains(&keys), "{keys} of {between:?}");
             assert!(refused.is_none_or(|refused| keys < refused), "{between:?}");
             tries += 1;
+            let is_last = between.is_last(keys);
+            let too_many = left(keys).is_none_or(|left| left < 0);
             match left(keys) {
                 Some(left) if left >= 0 => between.fit(keys, (left / told) as u32),
                 left => {
@@ -90,6 +97,7 @@ mod tests {
                     refused = Some(keys);
                 }
             }
+            assert!(!(is_last && too_many) || between.next().is_none());
         }
         (between.fits(), refused, tries)
     }
