@@ -2,7 +2,7 @@
 //! every `if`.
 
 use super::graph::{EffectSource, Graph, Kind, NodeId, keeps_place};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use whippen_kernel::{Inst, Kernel, Op, Region, Type, Value};
 
 /// A tick by what it leaves.
@@ -43,7 +43,7 @@ pub(super) fn read(graph: &mut Graph, region: &Region, in_memory: &[bool]) -> Ti
     let mut reader = Reader {
         graph,
         in_memory,
-        values: HashMap::new(),
+        values: FxHashMap::default(),
         cells: Vec::new(),
         writes: Vec::new(),
         last,
@@ -67,7 +67,7 @@ pub(super) fn read(graph: &mut Graph, region: &Region, in_memory: &[bool]) -> Ti
 struct Reader<'a, 'k> {
     graph: &'a mut Graph<'k>,
     in_memory: &'a [bool],
-    values: HashMap<Value, NodeId>,
+    values: FxHashMap<Value, NodeId>,
     cells: Vec<Option<NodeId>>,
     writes: Vec<NodeId>,
     last: NodeId,

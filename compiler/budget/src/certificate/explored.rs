@@ -1,6 +1,8 @@
 //! A piece under exploration: places in the code, and the states that were met there.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashMap;
 
 use whippen_audit::{Facts, Function, Kind, Node, Place};
 use whippen_isa::timing::Pipe;
@@ -57,7 +59,7 @@ pub struct Explored {
     pub begins: Pipe,
     pub spots: Vec<Spot>,
     pub rounds: Vec<LoopOfPiece>,
-    pub index: HashMap<(u32, u32), usize>,
+    pub index: FxHashMap<(u32, u32), usize>,
     /// States whose followers are to be found.
     pub open: BTreeSet<(usize, usize)>,
     /// The cycles of the longest instruction.
@@ -73,7 +75,7 @@ impl Explored {
             begins: Pipe::default(),
             spots: Vec::new(),
             rounds: Vec::new(),
-            index: HashMap::new(),
+            index: FxHashMap::default(),
             open: BTreeSet::new(),
             longest: 0,
         };

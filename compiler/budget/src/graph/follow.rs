@@ -1,7 +1,7 @@
 //! Following every path, instruction by instruction, and gathering what was found into blocks.
 
-use std::collections::HashMap;
-
+use rustc_hash::FxHashMap;
+use smallvec::{SmallVec, smallvec};
 use whippen_arm::control::{Control, falls_through};
 use whippen_isa::timing::Target;
 use whippen_isa::{Class, Inst, ItState, NotDecoded, Op};
@@ -49,8 +49,11 @@ impl NodeEdge {
 struct Node {
     context: ContextId,
     item: Item,
-    edges: Vec<NodeEdge>,
+    edges: NodeEdges,
 }
+
+/// Most instructions lead to one place.
+type NodeEdges = SmallVec<[NodeEdge; 1]>;
 
 /// Everything that was found.
 pub struct Followed<'a> {
@@ -58,7 +61,7 @@ pub struct Followed<'a> {
     tables: &'a Tables,
     nodes: Vec<Option<Node>>,
     places: Vec<ContextAddress>,
-    numbers: HashMap<ContextAddress, usize>,
+    numbers: FxHashMap<ContextAddress, usize>,
     contexts: Vec<Context>,
 }
 
@@ -75,7 +78,7 @@ impl<'a> Followed<'a> {
             tables,
             nodes: Vec::new(),
             places: Vec::new(),
-            numbers: HashMap::new(),
+            numbers: FxHashMap::default(),
             contexts: vec![root],
         };
         followed.number(ContextAddress {
@@ -181,7 +184,7 @@ impl<'a> Followed<'a> {
         self.edge_to(Some(target), context, address, ItState::OUTSIDE)
     }
 
-    fn branches(&mut self, context: ContextId, item: &Item) -> Result<Vec<NodeEdge>, NotBounded> {
+    fn branches(&mut self, context: ContextId, item: &Item) -> Result<NodeEdges, NotBounded> {
         let (at, query) = (item.address, self.query);
         let targets = query.annotations.targets.get(&at);
         let untold = || NotBounded::NoTargets {
@@ -189,15 +192,15 @@ impl<'a> Followed<'a> {
             text: item.inst.to_string(),
         };
         Ok(match (item.control, targets) {
-            (Control::Next, _) => Vec::new(),
-            (Control::Jump(to), _) => vec![self.taken(context, to)],
-            (Control::Call(to), _) => vec![self.call(context, item, to)?],
+            (Control::Next, _) => NodeEdges::new(),
+            (Control::Jump(to), _) => smallvec![self.taken(context, to)],
+            (Control::Call(to), _) => smallvec![self.call(context, item, to)?],
             (Control::CallIndirect, Some(targets)) => targets
                 .iter()
                 .map(|&to| self.call(context, item, to))
                 .collect::<Result<_, _>>()?,
             (Control::Table | Control::Indirect, Some(targets)) => {
-                let mut edges: Vec<NodeEdge> = Vec::new();
+                let mut edges = NodeEdges::new();
                 for &to in targets {
                     let edge = self.taken(context, to);
                     if !edges.iter().any(|known| known.ends_like(&edge)) {
@@ -206,7 +209,7 @@ impl<'a> Followed<'a> {
                 }
                 edges
             }
-            (Control::Return, _) => vec![self.comes_back(context)],
+            (Control::Return, _) => smallvec![self.comes_back(context)],
             (Control::Table, None) => self.table(context, item)?,
             (Control::CallIndirect | Control::Indirect, None) => return Err(untold()),
             (Control::Waits, _) => {
@@ -292,7 +295,7 @@ impl<'a> Followed<'a> {
 
     /// The entries of a table that can be reached, as far as is known; a table lies behind its
     /// instruction.
-    fn table(&mut self, context: ContextId, item: &Item) -> Result<Vec<NodeEdge>, NotBounded> {
+    fn table(&mut self, context: ContextId, item: &Item) -> Result<NodeEdges, NotBounded> {
         let (at, inst, code) = (item.address, &item.inst, self.query.code);
         let untold = || NotBounded::NoTargets {
             address: at,
@@ -302,7 +305,7 @@ impl<'a> Followed<'a> {
             return Err(untold());
         }
         let base = at.wrapping_add(4);
-        let mut edges: Vec<NodeEdge> = Vec::new();
+        let mut edges = NodeEdges::new();
         for index in 0..self.tables.entries_of(at) {
             let entry = match inst.op() {
                 Op::TBB => code.byte(base.wrapping_add(index)).map(u32::from),
