@@ -14,20 +14,21 @@
 //! until that is one that is known. So without what is early on core 1 and with it, and then with
 //! what is heard there as well.
 
+mod known_time;
 mod odd_key;
 
 use std::collections::BTreeSet;
 
 use whippen_board::{Board, COLUMN_KEYS, Columns};
-use whippen_budget::{Bounded, Budget, NotBounded, Program, TickHandlerBound, cores, cores_of};
+use whippen_budget::{Bounded, NotBounded, Program, TickHandlerBound, cores};
 use whippen_firmware::{
     FirmwareImage, ImageError, InParts, Instrument, PartCode, ProgramCode, Role, Setup,
     build_divided, build_image,
 };
-use whippen_keyboard::{CoreId, Layout, ProgramId};
+use whippen_keyboard::{Layout, ProgramId};
 use whippen_parts::{Beside, EARLY_CYCLES_MIN};
-use whippen_rate::Rate;
 
+pub use self::known_time::{KnownTime, Partitioned};
 use self::odd_key::with_odd_key_in_time;
 use crate::pipeline;
 
@@ -61,76 +62,6 @@ struct Costs {
     keys: Vec<(u32, u64)>,
     /// Cycles around the keys of a zone.
     zone: u64,
-}
-
-/// An image, and what is known of it.
-#[derive(Debug, Clone)]
-pub struct Partitioned {
-    /// The image.
-    pub image: FirmwareImage,
-    /// What is known of its time.
-    pub known: KnownTime,
-}
-
-/// What is known of the time of an image.
-#[derive(Debug, Clone)]
-pub enum KnownTime {
-    /// Nothing yet.
-    Nothing,
-    /// One of its cores is late while one of its programs plays.
-    Late,
-    /// The bounds of its cores while each of its programs plays.
-    Bounded(Vec<Vec<Bounded>>),
-}
-
-impl From<FirmwareImage> for Partitioned {
-    fn from(image: FirmwareImage) -> Partitioned {
-        Partitioned {
-            image,
-            known: KnownTime::Nothing,
-        }
-    }
-}
-
-impl Partitioned {
-    /// Whether it is late, as far as that is not known yet: the core with the most keys is bounded
-    /// first, and the others only where that one is in time. What has no bound is not known to be
-    /// late.
-    pub fn is_late(&mut self, board: &Board, rate_hz: Rate) -> bool {
-        if matches!(self.known, KnownTime::Nothing) {
-            self.known = known_time(&self.image, board, rate_hz).unwrap_or(KnownTime::Nothing);
-        }
-        matches!(self.known, KnownTime::Late)
-    }
-}
-
-/// Finds out whether an image is late, and its bounds where it is not.
-fn known_time(
-    image: &FirmwareImage,
-    board: &Board,
-    rate_hz: Rate,
-) -> Result<KnownTime, NotBounded> {
-    let bytes = Program::of(&image.image);
-    let keys = |core: &CoreId| image.keys_of_cores.get(core.index()).copied();
-    let mut cores: Vec<CoreId> = image.cores().collect();
-    cores.sort_by_key(|core| std::cmp::Reverse(keys(core)));
-    let mut programs = vec![Vec::new(); image.programs.len()];
-    for core in cores {
-        for (program, bounded) in (0..).map(ProgramId).zip(&mut programs) {
-            let found = cores_of(image, &bytes, board, program, vec![core])?;
-            if !Budget::of(&found, board, rate_hz).fits() {
-                return Ok(KnownTime::Late);
-            }
-            bounded.extend(found.into_iter().map(|found| (core, found)));
-        }
-    }
-    let in_order = |mut cores: Vec<(CoreId, Bounded)>| {
-        cores.sort_by_key(|(core, _)| *core);
-        cores.into_iter().map(|(_, bounded)| bounded).collect()
-    };
-    Ok(KnownTime::Bounded(
-        programs.into_iter().map(in_order).collect(),
-    ))
 }
 
 /// Builds the image of a setup with its division, and divides the keys anew where that is faster.
