@@ -10,6 +10,7 @@ mod board;
 mod faults;
 mod friction;
 mod image;
+mod late;
 mod memories;
 mod own;
 mod played;
