@@ -59,7 +59,8 @@ type NodeEdges = SmallVec<[NodeEdge; 1]>;
 pub struct Followed<'a> {
     query: &'a Query<'a>,
     tables: &'a Tables,
-    nodes: Vec<Option<Node>>,
+    /// Of the first places.
+    nodes: Vec<Node>,
     places: Vec<ContextAddress>,
     numbers: FxHashMap<ContextAddress, usize>,
     contexts: Vec<Context>,
@@ -86,15 +87,14 @@ impl<'a> Followed<'a> {
             address: query.entry,
             it: ItState::OUTSIDE,
         });
-        let mut next = 0;
-        while let Some(&place) = followed.places.get(next) {
-            if next >= NODES_MAX {
+        while let Some(&place) = followed.places.get(followed.nodes.len()) {
+            if followed.nodes.len() >= NODES_MAX {
                 return Err(NotBounded::TooLarge {
                     instructions_max: NODES_MAX,
                 });
             }
-            followed.nodes[next] = Some(followed.node(place)?);
-            next += 1;
+            let node = followed.node(place)?;
+            followed.nodes.push(node);
         }
         Ok(followed)
     }
@@ -102,7 +102,6 @@ impl<'a> Followed<'a> {
     fn number(&mut self, place: ContextAddress) -> usize {
         *self.numbers.entry(place).or_insert_with(|| {
             self.places.push(place);
-            self.nodes.push(None);
             self.places.len() - 1
         })
     }
@@ -328,7 +327,7 @@ impl<'a> Followed<'a> {
 
     /// Blocks begin at the entry, where paths meet and behind branches.
     pub fn gather(self) -> Graph {
-        let nodes: Vec<Node> = self.nodes.into_iter().flatten().collect();
+        let nodes = self.nodes;
         let mut entered = vec![0_u32; nodes.len()];
         for edge in nodes.iter().flat_map(|node| &node.edges) {
             edge.to.into_iter().for_each(|to| entered[to] += 1);
