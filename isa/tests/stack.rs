@@ -42,10 +42,13 @@ fn slots_are_those_of_registers() {
     };
     for (text, slots) in [
         ("push {r3, r4, lr}", [Some(-40), None]),
+        ("push {r2, r3, r4}", [Some(-36), None]),
         ("stm sp, {r3, r4}", [Some(-28), None]),
         ("stm sp, {r3, r5}", [None, None]),
         ("str.w r4, [sp, #8]", [Some(-24), None]),
+        ("str.w r3, [sp, #8]", [None, None]),
         ("strd r3, r4, [sp, #8]", [Some(-20), None]),
+        ("strd r3, r5, [sp, #8]", [None, None]),
         ("pop {r3, r4}", [None, Some(-28)]),
         ("ldmdb sp, {r3, r4, r5}", [None, Some(-40)]),
         ("ldr r4, [sp], #8", [None, Some(-32)]),
