@@ -22,8 +22,8 @@ impl Code {
         if bytes.is_empty() {
             return;
         }
-        let at = self.segments.partition_point(|(other, _)| *other < address);
-        self.segments.insert(at, (address, bytes));
+        self.segments.push((address, bytes));
+        self.segments.sort_by_key(|(address, _)| *address);
     }
 
     /// The bytes from an address on, as far as they are here.

@@ -244,15 +244,17 @@ impl<'a> OnCore<'a> {
         };
         let of_handler = calls.parts(self.program, &handled.path, keys_cycles);
         let mut parts = self.list_parts(&around, of_handler);
-        let own = keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>();
-        let before = self.cycles_before(&around);
+        let sum = |parts: &[(String, u64)]| {
+            keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>()
+        };
+        let (before, own) = (self.cycles_before(&around), sum(&parts));
         parts.extend(cut.as_ref().and_then(|cut| cut.outlasts(before, own)));
         let waiting = self.list_waiting(&around, &handled, &zones, cut.as_ref(), &costs);
         let stack_bytes_max = around.idle.stack_bytes_max + SAVED_BYTES + handled.stack_bytes_max;
         self.has_stack_room(self.stack()?.0, stack_bytes_max)?;
         Ok(TickHandlerBound {
             keys: self.playing.keys.count(),
-            cycles_max: keys_cycles + parts.iter().map(|(_, cycles)| cycles).sum::<u64>(),
+            cycles_max: sum(&parts),
             stack_bytes_max,
             class: self.class_of_frame(&handled, &zones, cut.as_ref()),
             zones,
@@ -459,3 +461,6 @@ pub(super) fn find(program: &Program, name: &str) -> Result<u32, NotBounded> {
             name: name.to_string(),
         })
 }
+
+#[cfg(test)]
+mod tests;

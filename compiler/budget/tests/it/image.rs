@@ -54,6 +54,22 @@ const SPRING: &str = "kernel spring @44100 {
 }
 ";
 
+/// A key that pushes by where it was: its line is emptied where it begins later than the start.
+const ECHO: &str = "kernel echo @44100 {
+  in x: u16 [0..65535]
+  out f: i16 [-32768..32767]
+  event note(1)
+  line was: 200 [0..65535]
+  tick {
+    v0: i32 [0..65535] = in x
+    v1: i32 [0..65535] = delay was 200
+    push was v0
+    v2: i32 [0..32767] = sar v1 1
+    out f v2
+  }
+}
+";
+
 /// The RP2350 with a converter of the emulator's.
 pub fn rp2350() -> Board {
     let places = [
@@ -159,13 +175,13 @@ pub fn rate_of(board: &Board) -> Rate {
 }
 
 impl Played {
-    /// Of programs of switches (0) and springs (1), for cores with so many keys.
+    /// Of programs of switches (0), springs (1) and echoes (2), for cores with so many keys.
     pub fn new(programs: &[Row], keys: &[u32]) -> Played {
         Played::on(rp2350(), programs, keys)
     }
 
     pub fn on(board: Board, programs: &[Row], keys: &[u32]) -> Played {
-        let modes = [SWITCH, SPRING].map(|text| {
+        let modes = [SWITCH, SPRING, ECHO].map(|text| {
             let kernel = whippen_kernel::parse(text).unwrap_or_else(|why| panic!("{why:?}"));
             specialize(&kernel, INSTRUCTIONS)
         });

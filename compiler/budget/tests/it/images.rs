@@ -99,6 +99,37 @@ fn zones_have_a_bound_that_a_checker_comes_to() {
     Played::new(&[row], &[6, 3]).is_audited(0);
 }
 
+/// All keys play on the longest way of a frame, or none: that on which lines are emptied takes
+/// longer than one key.
+#[test]
+fn a_frame_takes_what_its_handler_takes_and_what_is_around_it() {
+    let switches = Played::new(&[&[(2, 0)], &[(2, 1)]], &[1, 1]);
+    let echoes = Played::new(&[&[(2, 2)], &[(2, 1)]], &[1, 1]);
+    for (played, plays) in [(switches, true), (echoes, false)] {
+        let ticks = ["core0_tick", "core1_tick"].map(|name| played.program.symbols[name]);
+        for (bounds, tick) in played.bounds[0].iter().zip(ticks) {
+            for bound in [&bounds.alone, &bounds.contended] {
+                let mut path = bound.handler.path.iter();
+                assert_eq!(path.any(|step| step.address == tick), plays);
+                let around = bound
+                    .parts
+                    .iter()
+                    .filter(|(name, _)| AROUND.contains(&&name[..]));
+                let around: u64 = around.map(|(_, cycles)| cycles).sum();
+                assert_eq!(bound.cycles_max, bound.handler.cycles_max + around);
+            }
+        }
+    }
+}
+
+/// What is no part of the handler.
+const AROUND: [&str; 4] = [
+    "the instruction in progress",
+    "entry of the interrupt",
+    "return from the interrupt",
+    VISITS,
+];
+
 /// Members on both cores, which wait for each other.
 #[test]
 fn parts_have_a_bound_that_a_checker_comes_to() {
