@@ -131,3 +131,75 @@ impl Effect {
         behind & !self.kills | reads | self.decides
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::Tables;
+    use crate::{Annotations, Code, Query};
+    use whippen_isa::Arch;
+    use whippen_isa::timing::Core;
+    use whippen_words::assembled;
+
+    /// In front of all of these texts, and behind each, what is relevant of R0 to R7 and the flags.
+    fn relevant(texts: &[&str], addresses: bool) -> Vec<String> {
+        let query = Query {
+            core: &Core::cortex_m33(),
+            code: &Code::new(0x100, assembled(texts, Arch::V8M)),
+            entry: 0x100,
+            annotations: &Annotations::default(),
+            interference: None,
+        };
+        let graph = Graph::build(&query, &Tables::default()).expect("a graph");
+        let Relevance { before, behind } = Relevance::of(&graph, addresses);
+        let names = |set: Relevant| {
+            let registers = (0..8).filter(|register| set >> register & 1 != 0);
+            let mut names: String = registers.map(|register| register.to_string()).collect();
+            names.extend((set & FLAGS != 0).then_some('f'));
+            assert_eq!(set >> 17, 0);
+            names
+        };
+        let blocks = graph.blocks.iter().zip(&behind);
+        let mut behind: Vec<(u32, String)> = blocks
+            .flat_map(|(block, behind)| block.items.iter().zip(behind))
+            .map(|(item, behind)| (item.address, names(*behind)))
+            .collect();
+        behind.sort();
+        let behind = behind.into_iter().map(|(_, names)| names);
+        [names(before[0])].into_iter().chain(behind).collect()
+    }
+
+    #[test]
+    fn what_leads_to_branches_conditions_and_quotients_is_relevant() {
+        let texts = [
+            ("", "347", "12347"),
+            ("movs r5, #1", "347", "12347"),
+            ("ldr r6, [r1]", "347", "2347"),
+            ("str r5, [r2]", "347", "347"),
+            ("udiv r6, r7, r4", "367", "367"),
+            ("cmp r6, #3", "37f", "37f"),
+            ("it eq", "37f", "37f"),
+            ("addeq r3, r7", "3", "3"),
+            ("cbz r3, .+4", "", ""),
+            ("nop", "", ""),
+            ("bx lr", "", ""),
+        ];
+        let code: Vec<&str> = texts[1..].iter().map(|(text, ..)| *text).collect();
+        assert_eq!(relevant(&code, false), texts.map(|(_, flow, _)| flow));
+        assert_eq!(relevant(&code, true), texts.map(|(.., too)| too));
+    }
+
+    /// What the flags are made of, a round before.
+    #[test]
+    fn what_a_later_round_needs_is_relevant() {
+        let texts = [
+            ("", "12f"),
+            ("adcs r1, r2", "12f"),
+            ("mov r3, r4", "12f"),
+            ("bne .-4", "12f"),
+            ("bx lr", ""),
+        ];
+        let code: Vec<&str> = texts[1..].iter().map(|(text, _)| *text).collect();
+        assert_eq!(relevant(&code, false), texts.map(|(_, flow)| flow));
+    }
+}

@@ -387,3 +387,67 @@ impl<'a> Followed<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Annotations, Code};
+    use whippen_isa::Arch;
+    use whippen_isa::timing::Core;
+    use whippen_words::assembled;
+
+    #[test]
+    fn ends_are_one_where_words_with_instructions_of_one_size_follow() {
+        let end = |address, wide| NodeEdge {
+            taken: Some(Target { address, wide }),
+            ..NodeEdge::default()
+        };
+        let block = || NodeEdge {
+            to: Some(0),
+            ..end(8, true)
+        };
+        assert!(end(8, true).ends_like(&end(12, true)));
+        assert!(end(8, false).ends_like(&end(4, false)));
+        for (one, other) in [
+            (end(8, true), end(12, false)),
+            (end(8, true), end(14, true)),
+            (end(10, true), end(10, true)),
+            (end(8, true), block()),
+            (block(), block()),
+        ] {
+            assert!(!one.ends_like(&other) && !other.ends_like(&one));
+        }
+    }
+
+    /// The instructions of each block, by their addresses.
+    fn blocks(texts: &[&str], entry: u32) -> Vec<Vec<u32>> {
+        let query = Query {
+            core: &Core::cortex_m33(),
+            code: &Code::new(0, assembled(texts, Arch::V8M)),
+            entry,
+            annotations: &Annotations::default(),
+            interference: None,
+        };
+        let tables = Tables::default();
+        let followed = Followed::from(&query, &tables).expect("paths");
+        let blocks = followed.gather().blocks.into_iter();
+        let items = |block: Block| block.items.iter().map(|item| item.address).collect();
+        blocks.map(items).collect()
+    }
+
+    #[test]
+    fn instructions_in_a_row_are_a_block() {
+        let add = "adds r1, #1";
+        assert_eq!(blocks(&[add, add, "bx lr"], 0), [vec![0, 2, 4]]);
+        // Both ways of a branch, and where they meet.
+        assert_eq!(
+            blocks(&[add, "cbz r1, .+4", add, add, "bx lr"], 0),
+            [vec![0, 2], vec![6, 8], vec![4]]
+        );
+        // The entry, to which one instruction alone goes on.
+        assert_eq!(
+            blocks(&[add, add, add, "bne .-6", "bx lr"], 2),
+            [vec![2, 4, 6], vec![0], vec![8]]
+        );
+    }
+}
