@@ -463,4 +463,4 @@ pub(super) fn find(program: &Program, name: &str) -> Result<u32, NotBounded> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

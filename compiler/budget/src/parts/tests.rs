@@ -1,6 +1,8 @@
 //! When cores meet, with cycles made up and summed on paper.
 
 use super::*;
+use crate::memory::Others;
+use crate::tick_handler::tests::asked;
 use whippen_isa::timing::Evidence;
 
 /// A bound of so many cycles.
@@ -135,5 +137,14 @@ fn parts_are_as_sure_as_the_least_sure() {
         let mut helped = sure();
         change(&mut helped);
         assert_eq!(class(Some(helped)), Evidence::Rule);
+    }
+}
+
+/// A part of core 1 runs with that one's words, whoever asks.
+#[test]
+fn a_part_runs_with_what_its_core_has() {
+    for core in [0, 1] {
+        let of = |asked: &OnCore| (asked.on(core).number, asked.on(core).running.words);
+        assert_eq!(asked(Others::default(), of), (core, RUNNING[core].words));
     }
 }

@@ -11,7 +11,7 @@ const STATE: u32 = 0x2000_0100;
 const WORDS: u32 = 0x2000_0200;
 
 /// Asked of core 0 of three keys, whose names are theirs but that have no code.
-fn asked<R>(others: Others, ask: impl Fn(&OnCore) -> R) -> R {
+pub(crate) fn asked<R>(others: Others, ask: impl Fn(&OnCore) -> R) -> R {
     let sections = vec![
         section(".bss.state", STATE, 0x20),
         section(".bss.words", WORDS, 12),

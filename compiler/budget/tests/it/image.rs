@@ -293,8 +293,9 @@ fn image_of(
 }
 
 /// A Kernel of two members, each of twelve quotients of words of its own; where something is
-/// `early`, both begin with what four others make, to which no sensor leads.
-pub fn members(early: bool) -> String {
+/// `early`, both begin with what four others make, to which no sensor leads; of what is heard there
+/// are so many quotients.
+pub fn members(early: bool, heard: usize) -> String {
     let mut cells = String::new();
     let mut tick = String::from("    v0: i32 [0..65535] = in x\n");
     let mut value = 1;
@@ -326,6 +327,17 @@ pub fn members(early: bool) -> String {
             "e" => shared = Some(last),
             _ => ends.push(last),
         }
+    }
+    if heard > 0 {
+        cells += "  cell sum.emit: i32 [0..16] = 0\n";
+        let by = line("[65535..65535] = const 65535".into());
+        let mut last = line(format!("[0..40265] = min v{} v{}", ends[0], ends[1]));
+        for _ in 0..heard {
+            let quotient = line(format!("[0..40266] = div_round v{last} v{by} 16"));
+            last = line(format!("[0..40265] = min v{quotient} v{last}"));
+        }
+        let less = line(format!("[0..9] = sar v{last} 12"));
+        sets.push(format!("    set sum.emit v{less}\n"));
     }
     let half = line("[0..32767] = sar v0 1".into());
     let less = ends

@@ -19,7 +19,7 @@ impl Played {
     /// An independent checker comes to the same cycles of every frame, or to so many less where it
     /// knows of more accesses where they go. Where a core has a row of zones, it plays all keys
     /// also while one begins.
-    fn is_audited(&self, less: u64) {
+    pub fn is_audited(&self, less: u64) {
         let file = executable(&self.image.image, &[], None);
         let deadline = rate_of(&self.board).cycles_min(self.board.clock_hz);
         let certificate = certificate(&self.image, &self.program, &self.board, deadline, "", &file);
@@ -129,7 +129,7 @@ const AROUND: [&str; 4] = [
 /// Members on both cores, which wait for each other.
 #[test]
 fn parts_have_a_bound_that_a_checker_comes_to() {
-    let played = Played::in_parts(&members(false), Beside::default());
+    let played = Played::in_parts(&members(false, 0), Beside::default());
     let cut = played.image.cut().expect("it is in parts");
     assert!(cut.has_helper() && !cut.has_early());
     played.is_audited(0);
@@ -143,7 +143,7 @@ fn what_is_early_has_a_bound_that_a_checker_comes_to() {
         early_cycles_min: Some(EARLY_CYCLES_MIN),
         ..Beside::default()
     };
-    let played = Played::in_parts(&members(true), beside);
+    let played = Played::in_parts(&members(true, 0), beside);
     assert!(played.image.cut().expect("it is in parts").has_early());
     played.is_audited(0);
     insta::assert_snapshot!(played.told());
@@ -323,7 +323,7 @@ fn played() -> Played {
 
 impl Played {
     /// Of what has been changed.
-    fn bounded(&self) -> Result<Vec<Bounded>, NotBounded> {
+    pub fn bounded(&self) -> Result<Vec<Bounded>, NotBounded> {
         cores(&self.image, &self.program, &self.board, ProgramId(0))
     }
 

@@ -10,6 +10,7 @@ mod loops;
 mod program;
 mod random;
 mod refused;
+mod sound;
 mod together;
 
 use std::collections::BTreeMap;
