@@ -189,7 +189,7 @@ mod tests {
         assert_eq!(relevant(&code, true), texts.map(|(.., too)| too));
     }
 
-    /// What the flags are made of, a round before.
+    /// What the flags are made of, a round before; what is needed behind the loop, too.
     #[test]
     fn what_a_later_round_needs_is_relevant() {
         let texts = [
@@ -197,6 +197,8 @@ mod tests {
             ("adcs r1, r2", "12f"),
             ("mov r3, r4", "12f"),
             ("bne .-4", "12f"),
+            ("cbz r1, .+4", ""),
+            ("nop", ""),
             ("bx lr", ""),
         ];
         let code: Vec<&str> = texts[1..].iter().map(|(text, _)| *text).collect();
