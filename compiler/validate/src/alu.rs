@@ -3,7 +3,8 @@
 use whippen_isa::imm::thumb_imm_carry;
 use whippen_isa::{Inst, Op, ShiftType};
 
-use crate::machine::{Flags, Machine};
+use crate::flags::{Flags, Status};
+use crate::machine::Machine;
 use crate::stop::{Told, unproven};
 use crate::term::{Function, Term, Terms};
 
@@ -58,11 +59,12 @@ impl Machine<'_> {
             self.write(terms, inst.d, value)?;
         }
         if inst.s {
-            self.flags.result = Some(value);
-            self.flags.is_of_exact = false;
-            if carry.is_some() {
-                (self.flags.carry, self.flags.unsigned) = (carry, None);
-            }
+            self.flags.change(&|flags| {
+                (flags.result, flags.is_of_exact) = (Some(value), false);
+                if carry.is_some() {
+                    (flags.carry, flags.unsigned) = (carry, None);
+                }
+            });
         }
         Ok(true)
     }
@@ -121,7 +123,8 @@ impl Machine<'_> {
     /// The carry of a shift is not known; whoever asks for it is not followed.
     fn forget_carry(&mut self, inst: &Inst) {
         if inst.s {
-            (self.flags.carry, self.flags.unsigned) = (None, None);
+            self.flags
+                .change(&|flags| (flags.carry, flags.unsigned) = (None, None));
         }
     }
 
@@ -183,16 +186,10 @@ impl Machine<'_> {
         };
         let n = self.register(terms, inst.n)?;
         let (m, _) = self.second(terms, inst)?;
-        let carry = match (with_carry, self.flags.carry) {
-            (false, _) => {
-                if subtracts {
-                    one
-                } else {
-                    zero
-                }
-            }
-            (true, Some(carry)) => carry,
-            (true, None) => return unproven("a carry that nobody has set"),
+        let carry = match (with_carry, subtracts) {
+            (true, _) => self.flags.carry(terms)?,
+            (false, true) => one,
+            (false, false) => zero,
         };
         let (a, b) = if reversed { (m, n) } else { (n, m) };
         let addends = Addends {
@@ -204,7 +201,7 @@ impl Machine<'_> {
         let exact = addends.exact(terms)?;
         let result = terms.word(exact)?;
         if inst.s {
-            self.flags = addends.flags(terms, exact, result)?;
+            self.flags = Status::Of(addends.flags(terms, exact, result)?);
         }
         if writes {
             self.write(terms, inst.d, result)?;
@@ -332,7 +329,7 @@ fn bit(terms: &mut Terms, a: Term) -> Told<Option<crate::truth::Truth>> {
     terms.at_least(a, 1).map(Some)
 }
 
-fn and(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
+pub(crate) fn and(terms: &mut Terms, n: Term, m: Term) -> Told<Term> {
     let zero = terms.constant(0);
     for (a, b) in [(n, m), (m, n)] {
         if let Some(none) = mask(terms, b)? {

@@ -335,6 +335,9 @@ fn compare_at(
     if terms.bounds(difference) == (0, 0) {
         return Ok(());
     }
+    if terms.is_nothing(difference)? {
+        return Ok(());
+    }
     if let Some(asks) = terms.question_in(difference)? {
         return Err(Stop::Split(asks));
     }

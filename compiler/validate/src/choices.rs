@@ -1,5 +1,7 @@
 //! What is chosen in a term, and what it is made of.
 
+use std::collections::VecDeque;
+
 use rustc_hash::FxHashSet;
 
 use crate::stop::Told;
@@ -47,6 +49,25 @@ impl Terms {
             }
         }
         plain.insert(term);
+        Ok(None)
+    }
+
+    /// The outermost choice in a term: what it is made of is left as it is, so that two values that
+    /// choose otherwise of the same need no case of that.
+    pub fn outer_question_in(&mut self, term: Term) -> Told<Option<Variable>> {
+        let (mut left, mut seen) = (VecDeque::from([term]), FxHashSet::default());
+        while let Some(term) = left.pop_front() {
+            if !seen.insert(term) {
+                continue;
+            }
+            for (atom, _) in self.sum(term).parts.clone() {
+                if let Some(asks) = self.choice_of(atom)? {
+                    return Ok(Some(asks));
+                }
+                let kind = self.kind(atom).clone();
+                left.extend(self.terms_in(&kind));
+            }
+        }
         Ok(None)
     }
 

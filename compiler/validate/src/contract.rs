@@ -15,8 +15,9 @@ use rustc_hash::FxHashSet;
 use whippen_isa::reg::LR;
 
 use crate::check::{again_with_facts, all_cases, in_order};
+use crate::flags::Status;
 use crate::kernel::round;
-use crate::machine::{Flags, Machine, RunEnd};
+use crate::machine::{Machine, RunEnd};
 use crate::places::{Called, Question};
 use crate::stop::{Doubt, Reason, Stop, Told, unproven};
 use crate::term::{Function, Kind, Term, Terms};
@@ -111,7 +112,7 @@ impl Machine<'_> {
             let unknown = self.next_unknown(terms);
             self.write(terms, *register, unknown)?;
         }
-        self.flags = Flags::default();
+        self.flags = Status::default();
         self.looked_at.extend(own.looked_at);
         Ok(true)
     }

@@ -7,7 +7,7 @@
 
 use whippen_isa::{Inst, ItState, Op, decode, is_wide};
 
-use crate::machine::{Flags, Machine, Next};
+use crate::machine::{Machine, Next};
 use crate::stop::{Stop, Told};
 use crate::term::Terms;
 use crate::truth::Truth;
@@ -100,10 +100,7 @@ impl Machine<'_> {
         self.read |= to.read | behind.read;
         // What only one side has written may be what it was.
         self.written |= to.written & behind.written;
-        self.flags = match to.flags == behind.flags {
-            true => to.flags,
-            false => Flags::default(),
-        };
+        self.flags = to.flags.or_else(behind.flags, holds);
         Ok(true)
     }
 
@@ -111,6 +108,7 @@ impl Machine<'_> {
     fn side(&self, terms: &mut Terms, from: u32, join: u32) -> Told<Self> {
         let mut side = Machine {
             memory: self.memory.clone(),
+            flags: self.flags.clone(),
             looked_at: Vec::new(),
             pc: from,
             ..*self

@@ -18,9 +18,11 @@
 //! | `truth` | comparisons, as decision diagrams |
 //! | `bounds` | what is known of a term in a case |
 //! | `choices` | what a term chooses |
+//! | `within` | cases of a value by itself |
 //! | `memory` | loads and stores by address |
 //! | `kernel`, `effects`, `quotient`, `divide` | the run of a mode |
 //! | `machine`, `alu`, `multiply`, `access` | the run of bytes |
+//! | `flags` | the condition flags |
 //! | `join` | branches whose sides come together again |
 //! | `contract` | routines that are called, each shown once |
 //! | `root` | loops that find a square root |
@@ -49,6 +51,7 @@ mod effects;
 mod end;
 mod entry;
 mod first;
+mod flags;
 mod join;
 mod kernel;
 mod machine;
@@ -68,6 +71,7 @@ mod term;
 #[cfg(test)]
 mod tests;
 mod truth;
+mod within;
 
 pub use again::{Proven, Ticks};
 pub use places::{Called, Code, LinePlace, Places, Question, RingPlace, Shared, Symbols};

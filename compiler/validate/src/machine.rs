@@ -4,10 +4,11 @@
 //! `access`; an instruction that is not there ends the run.
 
 use whippen_isa::reg::{LR, PC};
-use whippen_isa::{Cond, Inst, ItState, Op, decode, is_wide};
+use whippen_isa::{Inst, ItState, Op, decode, is_wide};
 
 use crate::bounds::WORD;
 use crate::check::TERMS_MAX;
+use crate::flags::Status;
 use crate::memory::Memory;
 use crate::places::Question;
 use crate::stop::{Doubt, Reason, Stop, Told, unproven, unproven_as};
@@ -20,21 +21,6 @@ const STEPS_MAX: usize = 10_000;
 /// each store may meet all others, terms are as many as pairs of stores.
 const PATH_TERMS_MAX: usize = 2 * TERMS_MAX;
 
-/// The condition flags.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Flags {
-    /// The signed word whose sign and zero they are.
-    pub result: Option<Term>,
-    /// The exact sum or difference of which V and C are told, signed.
-    pub exact: Option<Term>,
-    /// Whether the result is the word of that sum.
-    pub is_of_exact: bool,
-    /// 0 or 1.
-    pub carry: Option<Term>,
-    /// Where there is one, what is at least 0 where C is set: an unsigned difference.
-    pub unsigned: Option<Term>,
-}
-
 /// A processor.
 pub(crate) struct Machine<'a> {
     pub question: &'a Question<'a>,
@@ -42,7 +28,7 @@ pub(crate) struct Machine<'a> {
     /// Registers that were read before they were written, and that were written.
     pub read: u16,
     pub written: u16,
-    pub flags: Flags,
+    pub flags: Status,
     pub memory: Memory,
     pub pc: u32,
     /// The halfwords of code that the run looked at, by address, some more than once.
@@ -80,7 +66,7 @@ impl<'a> Machine<'a> {
             registers: std::array::from_fn(|register| terms.of(Kind::Register(register as u8))),
             read: 0,
             written: 0,
-            flags: Flags::default(),
+            flags: Status::default(),
             memory: Memory::default(),
             pc,
             looked_at: Vec::new(),
@@ -197,7 +183,7 @@ impl<'a> Machine<'a> {
         self.it = self.it.advance();
         self.guard = match inst.cond {
             Some(cond) if inst.is_conditional() => {
-                let truth = self.condition(terms, cond)?;
+                let truth = self.flags.holds(terms, cond)?;
                 terms.settle(truth)
             }
             _ => Truth::YES,
@@ -217,19 +203,22 @@ impl<'a> Machine<'a> {
         if let Some(next) = self.branch(terms, inst)? {
             return Ok(next);
         }
+        let before = (self.guard != Truth::YES && inst.s).then(|| self.flags.clone());
         let is_done = self.alu(terms, inst)?
             || self.bits(terms, inst)?
             || self.multiply(terms, inst)?
             || self.access(terms, inst)?;
-        if is_done {
-            Ok(Next::Behind)
-        } else {
-            unproven("an instruction that is not followed")
+        if !is_done {
+            return unproven("an instruction that is not followed");
         }
+        if let Some(before) = before {
+            self.flags = std::mem::take(&mut self.flags).or_else(before, self.guard);
+        }
+        Ok(Next::Behind)
     }
 
     fn must_decide(&self, inst: &Inst) -> bool {
-        inst.s || inst.wback || inst.defs().core_bits() & (1 << PC | 1 << 13) != 0
+        inst.wback || inst.defs().core_bits() & (1 << PC | 1 << 13) != 0
     }
 
     fn branch(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Option<Next>> {
@@ -291,98 +280,5 @@ impl<'a> Machine<'a> {
         self.written |= 1 << register;
         self.registers[usize::from(register)] = value;
         Ok(())
-    }
-
-    /// Whether a condition holds.
-    fn condition(&mut self, terms: &mut Terms, cond: Cond) -> Told<Truth> {
-        let opposite = match cond {
-            Cond::NE => Cond::EQ,
-            Cond::CC => Cond::CS,
-            Cond::PL => Cond::MI,
-            Cond::VC => Cond::VS,
-            Cond::LS => Cond::HI,
-            Cond::LT => Cond::GE,
-            Cond::LE => Cond::GT,
-            _ => return self.plain_condition(terms, cond),
-        };
-        let truth = self.plain_condition(terms, opposite)?;
-        Ok(terms.truths.not(truth))
-    }
-
-    fn plain_condition(&mut self, terms: &mut Terms, cond: Cond) -> Told<Truth> {
-        let zero = terms.constant(0);
-        match cond {
-            Cond::EQ => {
-                let result = known(self.flags.result)?;
-                let exact = self.flags.exact.filter(|_| self.flags.is_of_exact);
-                match exact.map(|exact| (exact, terms.bounds(exact))) {
-                    // A multiple of 2^32 that is less is zero.
-                    Some((exact, (low, high))) if -(1 << 32) < low && high < 1 << 32 => {
-                        terms.equal(exact, zero)
-                    }
-                    _ => terms.equal(result, zero),
-                }
-            }
-            Cond::MI => {
-                let result = known(self.flags.result)?;
-                let plus = terms.at_least(result, 0)?;
-                Ok(terms.truths.not(plus))
-            }
-            Cond::CS => match self.flags.unsigned {
-                Some(difference) => terms.at_least(difference, 0),
-                None => {
-                    let carry = known(self.flags.carry)?;
-                    terms.at_least(carry, 1)
-                }
-            },
-            Cond::VS => {
-                let exact = known(self.flags.exact)?;
-                let low = terms.at_least(exact, WORD.0)?;
-                let high = terms.at_least(exact, WORD.1 + 1)?;
-                Ok(terms.truths.choose(low, high, Truth::YES))
-            }
-            Cond::HI => {
-                // Where C is set, the difference is a word: it is the result.
-                if let (true, Some(difference)) = (self.flags.is_of_exact, self.flags.unsigned) {
-                    return terms.at_least(difference, 1);
-                }
-                let carry = self.plain_condition(terms, Cond::CS)?;
-                let zero = self.plain_condition(terms, Cond::EQ)?;
-                let other = terms.truths.not(zero);
-                Ok(terms.truths.and(carry, other))
-            }
-            Cond::GE | Cond::GT => self.signed_condition(terms, cond),
-            _ => Ok(Truth::YES),
-        }
-    }
-
-    /// GE or GT: N is V, and, for the second, not zero.
-    fn signed_condition(&mut self, terms: &mut Terms, cond: Cond) -> Told<Truth> {
-        let not_less = match (self.flags.is_of_exact, self.flags.exact) {
-            (true, Some(exact)) => {
-                return terms.at_least(exact, i128::from(cond == Cond::GT));
-            }
-            _ => {
-                let (n, v) = (
-                    self.plain_condition(terms, Cond::MI)?,
-                    self.plain_condition(terms, Cond::VS)?,
-                );
-                let not = terms.truths.not(v);
-                terms.truths.choose(n, v, not)
-            }
-        };
-        if cond == Cond::GE {
-            return Ok(not_less);
-        }
-        let zero = self.plain_condition(terms, Cond::EQ)?;
-        let other = terms.truths.not(zero);
-        Ok(terms.truths.and(not_less, other))
-    }
-}
-
-fn known(of: Option<Term>) -> Told<Term> {
-    match of {
-        Some(term) => Ok(term),
-        None => unproven("a flag that nobody has set"),
     }
 }

@@ -146,8 +146,8 @@ impl Machine<'_> {
         let value = terms.word(value)?;
         self.write(terms, inst.d, value)?;
         if inst.s {
-            self.flags.result = Some(value);
-            self.flags.is_of_exact = false;
+            self.flags
+                .change(&|flags| (flags.result, flags.is_of_exact) = (Some(value), false));
         }
         Ok(true)
     }

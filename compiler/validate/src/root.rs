@@ -19,7 +19,8 @@ use whippen_kernel::{Inst as KernelInst, Op as Operator};
 
 use crate::check::in_order;
 use crate::contract::{Contract, in_all_cases, is_same};
-use crate::machine::{Flags, Machine, RunEnd};
+use crate::flags::Status;
+use crate::machine::{Machine, RunEnd};
 use crate::memory::Memory;
 use crate::places::{Called, Question};
 use crate::stop::{Doubt, Reason, Stop, Told, unproven};
@@ -395,7 +396,7 @@ impl Machine<'_> {
         for word in &own.results {
             self.put(terms, *word, result)?;
         }
-        self.flags = Flags::default();
+        self.flags = Status::default();
         self.looked_at.extend(own.looked_at);
         self.pc = own.exit;
         Ok(true)

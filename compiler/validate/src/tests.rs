@@ -5,6 +5,7 @@ mod meaning;
 mod proven;
 mod routines;
 mod strings;
+mod within;
 
 use whippen_deterministic::Rng;
 use whippen_kernel::{Range, Type};
