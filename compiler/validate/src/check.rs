@@ -108,7 +108,7 @@ pub(crate) fn all_cases<T>(
         if runs > most {
             return Err(Doubt::new(Reason::Cases, format!("more than {most} cases")));
         }
-        if terms.count() > TERMS_MAX {
+        if terms.of_paths() > TERMS_MAX {
             let why = format!("more than {TERMS_MAX} terms in {runs} cases");
             return Err(Doubt::new(Reason::Cases, why));
         }

@@ -25,7 +25,8 @@ pub(crate) struct Flags {
     pub unsigned: Option<Term>,
 }
 
-/// The condition flags: of one instruction, or of one where something holds and of others elsewhere.
+/// The condition flags: of one instruction, or of one where something holds and of others
+/// elsewhere.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Status {
     Of(Flags),

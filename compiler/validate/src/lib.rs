@@ -317,7 +317,15 @@ fn cases_of(
 ) -> Result<Vec<(Assumed, Path)>, Verdict> {
     let run =
         |terms: &mut Terms| again_with_facts(terms, |terms| run_case(question, terms, mode, start));
-    all_cases(terms, cases, CASES_MAX, run).map_err(|doubt| {
+    let kept = terms.clone();
+    let mut told = all_cases(terms, cases.clone(), CASES_MAX, run);
+    if told.is_err() && !kept.by_value && !kept.is_sampling() {
+        *terms = kept;
+        terms.by_value = true;
+        // What is said of it is why it is not shown at first.
+        told = all_cases(terms, cases, CASES_MAX, run).or(told);
+    }
+    told.map_err(|doubt| {
         let refuted = refute(question, terms, mode);
         refuted.map_or_else(|| Verdict::of(doubt), |why| Verdict::Refuted { why })
     })

@@ -107,7 +107,7 @@ impl<'a> Machine<'a> {
         mut holds: impl FnMut(&Machine) -> bool,
     ) -> Told<RunEnd> {
         for _ in 0..STEPS_MAX {
-            if terms.count() > PATH_TERMS_MAX {
+            if terms.of_paths() > PATH_TERMS_MAX {
                 let why = format!("a path of more than {PATH_TERMS_MAX} terms");
                 return unproven_as(Reason::Cases, why);
             }
@@ -194,7 +194,7 @@ impl<'a> Machine<'a> {
             let to = self.pc.wrapping_add(4).wrapping_add(inst.imm);
             return self.go(terms, holds, [to, behind]);
         }
-        if self.guard != Truth::YES && self.must_decide(inst) {
+        if self.guard != Truth::YES && self.must_decide(terms, inst) {
             self.guard = Truth::of(terms.decide(self.guard)?);
         }
         if self.guard == Truth::NO {
@@ -217,8 +217,10 @@ impl<'a> Machine<'a> {
         Ok(Next::Behind)
     }
 
-    fn must_decide(&self, inst: &Inst) -> bool {
-        inst.wback || inst.defs().core_bits() & (1 << PC | 1 << 13) != 0
+    fn must_decide(&self, terms: &Terms, inst: &Inst) -> bool {
+        inst.s && !terms.by_value
+            || inst.wback
+            || inst.defs().core_bits() & (1 << PC | 1 << 13) != 0
     }
 
     fn branch(&mut self, terms: &mut Terms, inst: &Inst) -> Told<Option<Next>> {

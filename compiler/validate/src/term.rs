@@ -112,6 +112,11 @@ pub(crate) struct Terms {
     /// Whether a run goes on with one side of what must be known, and the sides that it took.
     pub(crate) takes_sides: bool,
     pub(crate) taken: Vec<(crate::truth::Variable, bool)>,
+    /// Whether what a value chooses is settled value by value (`within`), and flags are chosen by
+    /// what holds; else both are cases of the path.
+    pub(crate) by_value: bool,
+    /// How many terms cases of single values have made.
+    pub(crate) within: usize,
     /// Addresses of words that are pointers into regions of their own.
     pub(crate) pointers: FxHashSet<Term>,
     /// Routines of which it is shown what they give.
@@ -133,6 +138,11 @@ impl Terms {
     /// How many terms there are.
     pub fn count(&self) -> usize {
         self.sums.len()
+    }
+
+    /// How many of them paths have made.
+    pub fn of_paths(&self) -> usize {
+        self.sums.len() - self.within
     }
 
     pub fn intern(&mut self, sum: Sum) -> Term {

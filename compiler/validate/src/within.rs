@@ -1,5 +1,5 @@
-//! Cases of a value by itself: whether two values are one is settled for each of their choices here,
-//! so that choices of one word and those of another one add up and are not multiplied.
+//! Cases of a value by itself: whether two values are one is settled for each of their choices
+//! here, so that choices of one word and those of another one add up and are not multiplied.
 //!
 //! A case of all of a path runs mode and code again, with what it assumes; here only the difference
 //! of two values is made again, by the same constructors. What is not shown so is a case of the path
@@ -15,6 +15,11 @@ use crate::truth::{Truth, Variable};
 /// Cases of a value, at most.
 const CASES_MAX: usize = 64;
 
+/// Terms that a case of a value may make, and those of all values of a mode: what is not shown with
+/// these is a case of the path, for which there must be room.
+const TERMS_MAX: usize = 500;
+const ALL_TERMS_MAX: usize = 100_000;
+
 /// What terms and truths are where more is known than when they were made.
 #[derive(Default)]
 pub(crate) struct Anew {
@@ -25,10 +30,14 @@ pub(crate) struct Anew {
 impl Terms {
     /// Whether a term is 0 whatever it chooses, in the case that is assumed.
     pub fn is_nothing(&mut self, term: Term) -> Told<bool> {
-        let mut left = CASES_MAX;
+        if !self.by_value || self.within >= ALL_TERMS_MAX {
+            return Ok(false);
+        }
+        let (mut left, before) = (CASES_MAX, self.count());
         let kept = self.known.clone();
         let told = self.is_nothing_within(term, &[], &mut left);
         self.known = kept;
+        self.within += self.count() - before;
         told
     }
 
@@ -63,6 +72,7 @@ impl Terms {
         (asks, holds): (Variable, bool),
         left: &mut usize,
     ) -> Told<bool> {
+        let before = self.count();
         self.assume(asks, holds)?;
         self.known.refresh();
         let mut made = Anew::default();
@@ -72,6 +82,9 @@ impl Terms {
             all.push(self.anew(*sum, &mut made)?);
         }
         let term = self.anew(term, &mut made)?;
+        if self.count() > before + TERMS_MAX {
+            *left = 0;
+        }
         self.is_nothing_within(term, &all, left)
     }
 

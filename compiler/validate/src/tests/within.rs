@@ -1,5 +1,5 @@
-//! Cases of a value by itself: what is made again is the same number, and what is said to be nothing
-//! is 0 for numbers.
+//! Cases of a value by itself: what is made again is the same number, and what is said to be
+//! nothing is 0 for numbers.
 
 use whippen_deterministic::Rng;
 
@@ -77,6 +77,7 @@ fn what_is_nothing_is_0_for_numbers() {
     let (mut nothing, mut others) = (0, 0);
     for case in 0..whippen_need::count("WHIPPEN_CASES", 2000) {
         let mut terms = Terms::default();
+        terms.by_value = true;
         let words = words(&mut rng);
         let known = made(&mut terms, &mut rng, &words);
         let [(a, x), (b, y)] = [(); 2].map(|()| rng.pick(&known));
@@ -121,6 +122,7 @@ fn chosen(terms: &mut Terms, a: Term, (low, high): (i128, i128)) -> crate::stop:
 #[test]
 fn a_limit_that_is_another_one_is_found() {
     let mut terms = Terms::default();
+    terms.by_value = true;
     let a = terms.of(Kind::Register(0));
     for (range, is_one) in [((-7, 90), true), ((-7, 91), false), ((-8, 90), false)] {
         let (wanted, found) = (terms.clamp(a, (-7, 90)), chosen(&mut terms, a, range));
