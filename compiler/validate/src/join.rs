@@ -7,6 +7,7 @@
 
 use whippen_isa::{Inst, ItState, Op, decode, is_wide};
 
+use crate::flags::Status;
 use crate::machine::{Machine, Next};
 use crate::stop::{Stop, Told};
 use crate::term::Terms;
@@ -100,7 +101,10 @@ impl Machine<'_> {
         self.read |= to.read | behind.read;
         // What only one side has written may be what it was.
         self.written |= to.written & behind.written;
-        self.flags = to.flags.or_else(behind.flags, holds);
+        self.flags = match terms.by_value || to.flags == behind.flags {
+            true => to.flags.or_else(behind.flags, holds),
+            false => Status::default(),
+        };
         Ok(true)
     }
 

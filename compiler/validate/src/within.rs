@@ -2,8 +2,8 @@
 //! here, so that choices of one word and those of another one add up and are not multiplied.
 //!
 //! A case of all of a path runs mode and code again, with what it assumes; here only the difference
-//! of two values is made again, by the same constructors. What is not shown so is a case of the path
-//! as ever.
+//! of two values is made again, by the same constructors. What is not shown so is a case of the
+//! path as ever.
 
 use rustc_hash::FxHashMap;
 
