@@ -53,8 +53,9 @@ const fn modes(file: &'static str, code: &'static str, share: usize) -> Target {
 /// Besides plain instruments one that reads a delay line at an index, exact quotients in the entry
 /// and in a part, and quotients for searches; the ring of events at the entry and the end, and
 /// lines at the end; what prepares keys, of which each core has some; branches that join and
-/// products that are called for, on a core without long ones; roots, in modes and in entries.
-const TARGETS: [Target; 25] = [
+/// products that are called for, on a core without long ones; roots, in modes and in entries; modes
+/// that are shown value by value.
+const TARGETS: [Target; 26] = [
     modes("hammond.whip", "core0", 60),
     modes("celesta.whip", "core0", 220),
     modes("harpsichord.whip", "core0", 230),
@@ -106,6 +107,10 @@ const TARGETS: [Target; 25] = [
     slow("rp2040", None, ROOTS),
     slow("rp2350", Some(Whose::Entry), ROOTS),
     slow("rp2040", Some(Whose::Entry), ROOTS),
+    Target {
+        is_quick: false,
+        ..modes("grand-action.whip", "core0", 10)
+    },
 ];
 
 /// From where the bundled ones are.
