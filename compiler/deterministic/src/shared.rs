@@ -24,13 +24,6 @@ impl<T> From<T> for Shared<T> {
     }
 }
 
-impl<T: Clone> Shared<T> {
-    /// The value alone.
-    pub fn into_inner(self) -> T {
-        Arc::unwrap_or_clone(self.0).value
-    }
-}
-
 impl<T> Deref for Shared<T> {
     type Target = T;
 
@@ -80,7 +73,5 @@ mod tests {
         assert_ne!((digest(&second), &second), (shared, &first));
         second.pop();
         assert_eq!((digest(&second), &second), (shared, &first));
-        assert_eq!(second.into_inner(), [1, 2]);
-        assert_eq!(first.into_inner(), [1, 2]);
     }
 }

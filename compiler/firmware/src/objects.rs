@@ -255,3 +255,25 @@ fn targets_of_core(symbol: &str, core: usize, called: Called) -> Vec<String> {
         other => vec![symbol_of_core(other, core)],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_kept_is_of_the_constants_that_a_text_names() {
+        let text =
+            "    .section .rodata.keys\n    .word KEYS + 1\n    .rept WORDS\n    nop\n    .endr\n";
+        let of = |[keys, words, other]: [i64; 3]| {
+            let constants = [("KEYS", keys), ("WORDS", words), ("OTHER", other)];
+            let constants = constants.map(|(name, value)| (name.to_string(), value));
+            let (sources, constants) = ([Source { name: "keys", text }], constants.into());
+            let kept = assembled(&sources, &constants, Arch::V8M);
+            assert_eq!(kept, assemble(&sources, &constants, Arch::V8M));
+            kept.expect("assembly")
+        };
+        assert_eq!(of([3, 2, 1]), of([3, 2, 9]));
+        assert_ne!(of([3, 2, 1]), of([4, 2, 1]));
+        assert_ne!(of([3, 2, 1]), of([3, 5, 1]));
+    }
+}
