@@ -86,7 +86,8 @@ pub fn build_partitioned(
     if layout.split_program().is_none() {
         return with_odd_key_in_time(equal, layout, instruments, setup, board);
     }
-    let bounded = bound_programs(&equal, board).map_err(BuildError::Bound)?;
+    let bytes = Program::of(&equal.image);
+    let bounded = bound_programs(&equal, &bytes, board).map_err(BuildError::Bound)?;
     let costs = costs_of_zones(&equal, &bounded);
     let step = board.columns.as_ref().map_or(1, |_| COLUMN_KEYS);
     let keys = fastest_division(&costs, &setup.keys, step);
@@ -359,15 +360,15 @@ fn bound_frame(image: &FirmwareImage, board: &Board) -> Result<Bounded, NotBound
     Ok(all.swap_remove(0))
 }
 
-/// The bounds of the cores of an image while each of its programs plays.
+/// The bounds of the cores of an image, whose bytes are given, while each of its programs plays.
 pub fn bound_programs(
     image: &FirmwareImage,
+    bytes: &Program,
     board: &Board,
 ) -> Result<Vec<Vec<Bounded>>, NotBounded> {
-    let bytes = Program::of(&image.image);
     let programs = (0..image.programs.len() as u32).map(ProgramId);
     programs
-        .map(|program| cores(image, &bytes, board, program))
+        .map(|program| cores(image, bytes, board, program))
         .collect()
 }
 

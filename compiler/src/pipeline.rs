@@ -338,13 +338,14 @@ pub fn prove(
     rate_hz: Rate,
     observer: Observer,
 ) -> Result<Proof, NotBounded> {
-    let bounded = bound_programs(image, board)?;
-    Ok(proof_of(image, bounded, board, rate_hz, observer))
+    let bytes = Bytes::of(&image.image);
+    let bounded = bound_programs(image, &bytes, board)?;
+    Ok(proof_of(bytes, bounded, board, rate_hz, observer))
 }
 
 /// The proof of an image whose programs are bounded.
 fn proof_of(
-    image: &FirmwareImage,
+    bytes: Bytes,
     bounded: Vec<Vec<Bounded>>,
     board: &Board,
     rate_hz: Rate,
@@ -357,7 +358,7 @@ fn proof_of(
     });
     Proof {
         programs: programs.collect(),
-        bytes: Bytes::of(&image.image),
+        bytes,
     }
 }
 
@@ -370,18 +371,13 @@ pub fn prove_bounded(
     board: &Board,
     rate_hz: Rate,
 ) -> Result<Proof, NotBounded> {
+    let bytes = Bytes::of(&made.image.image);
     let known = std::mem::replace(&mut made.known, KnownTime::Nothing);
     let bounded = match known {
         KnownTime::Bounded(bounded) => bounded,
-        KnownTime::Nothing | KnownTime::Late => bound_programs(&made.image, board)?,
+        KnownTime::Nothing | KnownTime::Late => bound_programs(&made.image, &bytes, board)?,
     };
-    Ok(proof_of(
-        &made.image,
-        bounded,
-        board,
-        rate_hz,
-        &mut unobserved,
-    ))
+    Ok(proof_of(bytes, bounded, board, rate_hz, &mut unobserved))
 }
 
 /// The certificate of an image that is proven, whose ELF file is given, with the text of its
